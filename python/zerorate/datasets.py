@@ -205,5 +205,5 @@ def fetch(name: str, folder: str | Path | None = None) -> Path:
 
 
 def __dir__() -> list[str]:
-    """Show what is public."""
+    """Return the public names."""
     return __all__

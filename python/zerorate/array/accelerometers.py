@@ -239,7 +239,7 @@ def _median_force(force: Floats) -> Floats:
 
 
 class _Units(NamedTuple):
-    """What samples are multiplied by, to rad/s and m/s^2, and the name of the second unit."""
+    """Factors from samples to rad/s and m/s^2, and the name of the accelerometer's unit."""
 
     rate: float
     accel: float
@@ -261,7 +261,7 @@ class _Units(NamedTuple):
 
 
 class _Motion(NamedTuple):
-    """How the body turns, in SI.
+    """Rotation of the body, in SI units.
 
     Sensors' positions (N, 3); the rate (n, 3), zero where it is not known, and where it is known
     (n,); its derivative (n, 3) and the inverse of the variance of that (n,).
@@ -293,13 +293,13 @@ class _Motion(NamedTuple):
 
     @property
     def centripetal(self) -> Floats:
-        """What turning alone does to the sensors, (n, N, 3)."""
+        """Centripetal acceleration at each sensor, (n, N, 3)."""
         turn = self.omega[:, np.newaxis]
         return np.cross(turn, np.cross(turn, self.levers))
 
     @property
     def lever_acceleration(self) -> Floats:
-        """What sensors feel for their lever arms, (n, N, 3), by the rate alone."""
+        """Acceleration that angular rate and its derivative cause at each lever arm, (n, N, 3)."""
         return self.centripetal + np.cross(self.change[:, np.newaxis], self.levers)
 
     @property
@@ -313,7 +313,7 @@ class _Motion(NamedTuple):
 
 
 def _unknown_lever_error(omega: Floats, rate: float) -> Floats:
-    """Return what lever arms that are not known may do, (n, 1)."""
+    """Return the largest acceleration that unknown lever arms can cause, (n, 1)."""
     change, variance = _derivative(omega, rate)
     size = np.square(np.linalg.norm(omega, axis=1)) + np.linalg.norm(change, axis=1)
     size += _DERIVATIVE_SIGMAS * np.sqrt(variance)
@@ -402,7 +402,7 @@ def _parse_weights(weights: str | npt.ArrayLike, sensors: int) -> Floats | str:
 
 
 def _find_present(samples: Floats, limit: float | None, factor: float) -> Booleans:
-    """Return which samples (n, N) are there on all axes, and not at the end of the range."""
+    """Return the mask (n, N) of samples complete on all axes and below the end of the range."""
     largest = _MAX_ACCEL_M_S2 / factor
     if limit is not None:
         if not limit > 0.0:
@@ -413,7 +413,7 @@ def _find_present(samples: Floats, limit: float | None, factor: float) -> Boolea
 
 
 def _tick_starts(n: int, rate: float) -> Integers:
-    """Return where ticks begin."""
+    """Return the first sample of each tick."""
     return np.arange(0, n, max(round(_TICK_S * rate), 1))
 
 
@@ -492,7 +492,7 @@ def _vote_on_block(
 
 
 def _vote_on_sensors(forces: Floats, lever_error: Floats, noise: Floats, rate: float) -> _Vote:
-    """Return which sensors (n, N) are far from the middle of all.
+    """Return the sensors (n, N) that are outliers from the median of all.
 
     They should be `forces` but for `lever_error` (n, N), which is infinite where it is unknown.
     """
@@ -516,7 +516,7 @@ def _vote_on_sensors(forces: Floats, lever_error: Floats, noise: Floats, rate: f
 
 
 def _find_excluded(votes: list[_Vote], rate: float) -> Booleans:
-    """Return which sensors (n, N) are left out."""
+    """Return the mask (n, N) of sensors to leave out."""
     outliers, outlier_ticks, sizes, bounds = (
         np.concatenate(parts) for parts in zip(*votes, strict=True)
     )
@@ -530,7 +530,7 @@ def _find_excluded(votes: list[_Vote], rate: float) -> Booleans:
 
 
 def _compare_sizes(differences: Floats, noise: Floats, tolerance: Floats) -> tuple[Floats, Floats]:
-    """Return how far sensors are from the middle (m, N), and what the others explain of it.
+    """Return the distance of each sensor from the median (m, N), and its bound from the others.
 
     Both are NaN where a sensor is missing, and the bound is infinite where too few are there.
     """
@@ -576,7 +576,7 @@ def _weight_variances(weighting: Floats | str, noise: Floats, scale: Floats) -> 
 
 
 class _Solution:
-    """What is found, part by part: force and turns (n, 3), weights (n, N), residual (N,)."""
+    """The solution, part by part: force and rotation (n, 3), weights (n, N), residual (N,)."""
 
     def __init__(self, n: int, sensors: int) -> None:
         self.force, self.angular_acceleration = np.empty((n, 3)), np.empty((n, 3))

@@ -404,7 +404,7 @@ def _mean_products(products: Floats, terms: Integers) -> Floats:
 
 
 def _make_parts(sums: _Sums, matrix: Floats, tau: Floats, edf: Floats) -> Parts:
-    """Return what a virtual gyro follows from: averaging times that have a term."""
+    """Return the averaging times with terms, from which a virtual gyro is computed."""
     nonempty = sums.terms[sums.octaves] > 0
     which = sums.octaves[nonempty]
     return Parts(

@@ -44,7 +44,7 @@ _MAX_LENGTH_ERROR: Final = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Rotations(Result):
-    """How the N sensors of an array are turned against the first.
+    """Rotations of the N sensors of an array against the first sensor.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def find_rotations(
     limit: float | None = None,
     labels: Sequence[str] | None = None,
 ) -> Rotations:
-    """Return how sensors that move together are turned against the first of them.
+    """Return the rotations of sensors that move together against the first of them.
 
     Biases are taken off as they are learned at rest. Means over an eighth of a second in motion
     then give the rotation that brings the rates of each sensor closest to those of the first:
@@ -282,7 +282,7 @@ class _Pair(NamedTuple):
             )
 
     def _is_mirrored(self) -> bool:
-        """Whether mirrored axes would leave less than half of what is left of the rate."""
+        """Return True if mirrored axes would leave less than half of the remaining rate."""
         u, sizes, v = np.linalg.svd(self.other.T @ self.first)
         mirrored = np.sum(self.first**2) + np.sum(self.other**2) - 2.0 * sizes.sum()
         own = mirrored + 4.0 * sizes[2]
@@ -343,7 +343,7 @@ def _tick_means(series: npt.NDArray[np.float64 | np.bool_], length: int) -> Floa
 
 
 def _find_moving(means: Floats, rest: Booleans) -> Booleans:
-    """Return which means, shape (m,), are far larger than at rest, in most sensors."""
+    """Return the mask (m,) of means that most sensors find far larger than at rest."""
     sizes = np.linalg.norm(means, axis=2)
     known = np.isfinite(sizes)
     rest_sizes = [sizes[rest[:, k] & known[:, k], k] for k in range(sizes.shape[1])]

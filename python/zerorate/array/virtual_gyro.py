@@ -145,7 +145,7 @@ def weigh(
 
 
 def time_shrinkage(n: int, seconds: float) -> float:
-    """Return how far the drift of n gyros goes to its diagonal after so long a record."""
+    """Return the shrinkage of the drift of n gyros towards its diagonal, for a record so long."""
     return n / (n + seconds / _SECONDS_PER_FREEDOM)
 
 
@@ -168,7 +168,7 @@ def shrink_covariance(covariance: Floats, shrinkage: float) -> Floats:
 
 
 def drift_freedom(tau: Floats, matrix: Floats, edf: Floats) -> float:
-    """Return how many degrees of freedom covariances leave for the drift: the median of gyros."""
+    """Return the degrees of freedom that covariances leave for the drift: the median of gyros."""
     strengths = _fit_strengths(tau, np.einsum("tii->ti", matrix), edf)
     variances = _noise_basis(tau) @ strengths
     _, errors = _least_squares(tau, variances, _limit_freedom(edf)[:, None] / (2.0 * variances**2))
@@ -245,7 +245,7 @@ def _min_variance_weights(covariance: Floats) -> Floats:
 
 
 def _noise_shares(horizon: float) -> tuple[float, float]:
-    """Return what R and Q count for at an averaging time, up to a factor: neither is above 1."""
+    """Return the shares of R and Q at an averaging time, up to a factor: neither is above 1."""
     return 1.0 / (1.0 + horizon * horizon / 3.0), 1.0 / (1.0 + 3.0 / horizon / horizon)
 
 

@@ -480,7 +480,7 @@ def _default_heading(mag: bool, reference: Poses | None) -> Heading:
 
 
 def _filter_warnings(messages: Iterable[warnings.WarningMessage]) -> Iterator[str]:
-    """Yield what the filter warned of: it knows no names of files."""
+    """Yield the filter's warnings, which name no file."""
     for message in messages:
         yield str(message.message).replace("is accel_unit right", "is its unit right")
 

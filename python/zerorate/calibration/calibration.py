@@ -1,4 +1,4 @@
-"""What a calibration has found: the parameters with their errors, and what they were found from."""
+"""Result of a calibration: parameters, their errors, and the data they come from."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ class SensorCalibration:
 
 @dataclass(frozen=True, eq=False)
 class Calibration(Result):
-    """What calibration of an accelerometer and a gyroscope has found.
+    """Calibration of an accelerometer and a gyroscope.
 
     The model is ``raw_accel = A f + b_a`` and ``raw_gyro = W w + b_g + G f``, with f in g in the
     last term. ``accel`` and ``gyro`` hold it number by number, each with its standard error.
@@ -286,7 +286,7 @@ class Calibration(Result):
 
     @property
     def valid(self) -> bool:
-        """Whether it can be trusted: nothing that makes it useless was found."""
+        """True if no problem makes the calibration useless."""
         return not self.problems
 
     @property

@@ -1,4 +1,4 @@
-"""Which sensors of a recording a calibration is of, and the gyro that it corrects."""
+"""Choice of the sensors of a recording to calibrate, and correction of the gyro."""
 
 from dataclasses import replace
 from typing import Final

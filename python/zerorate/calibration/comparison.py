@@ -66,7 +66,7 @@ class MovedParameter:
 
 @dataclass(frozen=True)
 class CalibrationComparison(Result):
-    """What `compare_calibrations` found; `print` shows it as a table.
+    """Result of `compare_calibrations`; `print` shows it as a table.
 
     Attributes
     ----------

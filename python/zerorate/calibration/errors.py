@@ -1,4 +1,4 @@
-"""Why a record gives no calibration."""
+"""Reasons why a record gives no calibration."""
 
 from __future__ import annotations
 

@@ -288,7 +288,7 @@ def _offsets_and_scales(
 
 
 def _describe_remainder(calibration: Calibration) -> Iterator[str]:
-    """Yield how large that is which offsets and scales alone leave."""
+    """Yield the size of the errors that offsets and scales alone leave."""
     accel = calibration.accel.correction
     cross = 1e3 * np.abs(accel - np.diag(np.diagonal(accel))).max()
     yield f"# Left: misalignment of the accelerometer, up to {cross:.2g} mrad,"

@@ -69,7 +69,7 @@ class IronGroup:
 
 @dataclass(frozen=True, eq=False)
 class MagnetometerCalibration(Result):
-    """What the gyro tells of a magnetometer: ``raw = soft_iron @ field + hard_iron``.
+    """Calibration of a magnetometer by a gyro: ``raw = soft_iron @ field + hard_iron``.
 
     Parameters
     ----------
@@ -136,12 +136,12 @@ class MagnetometerCalibration(Result):
 
     @property
     def valid(self) -> bool:
-        """Whether nothing was found that makes it useless."""
+        """True if no problem makes the calibration useless."""
         return not self.problems
 
     @property
     def applied(self) -> bool:
-        """Whether `apply` changes any sample."""
+        """True if `apply` changes samples."""
         return self.model != "none"
 
     @property
@@ -229,7 +229,7 @@ class MagnetometerCalibration(Result):
 
     @property
     def longest(self) -> int:
-        """Which of the groups lasts longest."""
+        """Index of the group that lasts longest."""
         return int(self._group_durations.argmax())
 
     @property
@@ -241,7 +241,7 @@ class MagnetometerCalibration(Result):
 
     @property
     def longest_applied(self) -> int:
-        """Which of the groups whose iron is taken off lasts longest; `longest` if none is."""
+        """Index of the longest group whose iron is removed; `longest` if none is."""
         durations = (
             self._group_durations * [group.applied for group in self.groups]
             if self.groups
@@ -250,7 +250,7 @@ class MagnetometerCalibration(Result):
         return self.longest if durations is None or not durations.any() else int(durations.argmax())
 
     def __field_correction__(self) -> tuple[list[float], list[list[float]]] | None:
-        """Return what `Attitude` takes off: hard iron of `longest`, and soft iron's inverse."""
+        """Return the correction for `Attitude`: hard iron of `longest`, inverse soft iron."""
         if not self.groups[self.longest].applied:
             return None
         inverse = np.linalg.inv(np.array(self.soft_iron, dtype=np.float64))

@@ -1,4 +1,4 @@
-"""What a person chooses of a calibration: names, defaults, ranges, units and meanings."""
+"""Options of a calibration: names, defaults, ranges, units and meanings."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""What a calibration was made of: the recording, its rests, and the turns between them."""
+"""Data of a calibration: the recording, its rests, and the turns between them."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from zerorate.types import Floats
 
 @dataclass(frozen=True)
 class Origin:
-    """What a calibration was made of, as far as it is known.
+    """Source of a calibration, where it is known.
 
     Parameters
     ----------

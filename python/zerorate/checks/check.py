@@ -46,7 +46,7 @@ Scale = tuple[Coefficient, Coefficient, Coefficient]
 def check(
     recording: Recording, *, gyro: str = "gyro", accel: str | None = None, scale: bool = True
 ) -> Checks:
-    """Return what motion shows of the units, signs and axes of a recording's sensors.
+    """Check the units, signs and axes of a recording's sensors against its motion.
 
     The gyro carries the accelerometer's force through the motion: if its unit and its axes are
     right, and no other, gravity is constant there. So it is with a magnetometer's field. What
@@ -98,7 +98,7 @@ def check(
 
 
 def _find_obstacle(recording: Recording, gyro: str, accel: str) -> str:
-    """Return why nothing can be told, if so."""
+    """Return the reason why no check is possible, or an empty text."""
     for name, kind in ((gyro, "rate"), (accel, "acceleration")):
         if name not in recording:
             return f"there is no {name}"
@@ -259,7 +259,7 @@ def _unknown_scale() -> tuple[Scale, Coefficient]:
 
 
 def _estimate_scale(ticks: _Ticks, gyro_check: _GyroCheck) -> tuple[Scale, Coefficient]:
-    """Return what the motion shows of scale and delay of a gyro that fits."""
+    """Return the scale and delay of a gyro that fits, from its motion."""
     _, numbers, sigmas = check_fit(
         ticks.rates, ticks.forces, gyro_check.starts, gyro_check.length, gyro_check.bias, fits=True
     )
@@ -281,7 +281,7 @@ def _no_field_finding(recording: Recording, mag: str, reason: str) -> Finding:
 
 
 def _check_field(ticks: _Ticks, gyro_check: _GyroCheck, recording: Recording, mag: str) -> Finding:
-    """Return what the gyro, as it is or put right, shows of the magnetometer."""
+    """Return the finding on the magnetometer, by the gyro as it is or as corrected."""
     if ticks.fields is None:
         return _no_field_finding(
             recording, mag, f"{mag} has not three axes, or less than {_MIN_RATE_HZ:g} Hz"
@@ -301,7 +301,7 @@ def _check_field(ticks: _Ticks, gyro_check: _GyroCheck, recording: Recording, ma
 
 
 def _has_known_axes(gyro: Finding) -> bool:
-    """Whether the axes of a gyro, as it is or put right, are known."""
+    """Return True if the axes of a gyro, as it is or as corrected, are known."""
     return gyro.status == "agrees" or gyro.matrix is not None
 
 

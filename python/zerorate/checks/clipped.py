@@ -210,7 +210,7 @@ def _is_rate(unit: str | None) -> bool:
 def clipped_axes(
     sides: Iterable[tuple[int, float, float, int]], gyro: Floats
 ) -> tuple[ClippedAxis, ...]:
-    """Return what the core says of axes that were clipped, of the rates as they were."""
+    """Return the axes that were clipped, found by the core in uncorrected rates."""
     axes = []
     for axis, sign, limit, count in sides:
         rate = sign * gyro[:, axis]

@@ -1,4 +1,4 @@
-"""Which hypotheses a recording leaves, by their costs in its windows: no alarm unless it is sure.
+"""Hypotheses that remain after their costs in windows: no alarm below a high certainty.
 
 A hypothesis is a unit and one of 48 senses of the axes; its cost in a window is how far gravity,
 carried through the motion by the gyro so understood, is from constant, over gravity squared.
@@ -51,7 +51,7 @@ class Costs:
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """What is left of the hypotheses.
+    """Hypotheses that remain.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def _find_quiet_units(costs: Costs) -> Booleans:
 
 
 def decide(costs: Costs, *, refit: Callable[[], Floats] | None = None) -> Decision:
-    """Return what the windows leave of the hypotheses.
+    """Return the hypotheses that remain after all windows.
 
     Parameters
     ----------
@@ -186,7 +186,7 @@ def _is_unit_only(costs: Costs, best: tuple[int, int], quiet: Booleans) -> bool:
 
 
 def _is_sure(costs: Costs, given_costs: Floats, best: tuple[int, int], unit_only: bool) -> bool:
-    """Whether what was given is worse than the best beyond doubt."""
+    """Return True if the given hypothesis is worse than the best beyond doubt."""
     low, floor = costs.costs[best], costs.floor
     margin = _compare_costs(given_costs, low, floor)
     if margin.telling < _MIN_WINDOWS or margin.share < 0.9:
@@ -210,7 +210,7 @@ def _robust_ratio(given_costs: Floats, low: Floats, floor: float) -> float:
 
 
 def _decide_agreement(costs: Costs, tied: Booleans, explained: Booleans) -> Decision:
-    """Return what is seen of axes that nothing contradicts."""
+    """Return the decision for axes that nothing contradicts."""
     remaining = np.flatnonzero(tied[0])
     is_seen = len(remaining) == tied.sum() and any(shared_rows(remaining))
     status: Status = "agrees" if tied.sum() == 1 else "partly seen" if is_seen else "cannot tell"

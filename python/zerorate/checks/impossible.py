@@ -155,7 +155,7 @@ class ImpossibleRateDetector:
 
     @property
     def undecided(self) -> bool:
-        """Whether the last sample is a spike only if the next says so."""
+        """True if only the next sample shows that the last one is a spike."""
         return self._suspect is not None
 
     def take(self, rates: Sequence[float]) -> bool:
@@ -189,7 +189,7 @@ class ImpossibleRateDetector:
         return self._scale * largest if sum(rates) == sum(rates) else math.nan
 
     def sentences(self) -> Iterator[str]:
-        """Yield how many samples were left out."""
+        """Yield the counts of samples that were left out."""
         range_ = f"{math.degrees(self._limit):.6g} deg/s"
         for count, what in (
             (self.beyond_count, f"beyond the gyro's range of {range_}"),

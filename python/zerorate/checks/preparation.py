@@ -67,7 +67,7 @@ class PreparedRecording:
 
     @property
     def alarms(self) -> tuple[str, ...]:
-        """What contradicts the recording, a sentence each, with what to type against it."""
+        """Contradictions in the recording, a sentence each, with the option to type against it."""
         return self.alarms_except()
 
     def alarms_except(self, *checks: str) -> tuple[str, ...]:
@@ -82,7 +82,7 @@ class PreparedRecording:
 
 @dataclass(frozen=True)
 class Choices:
-    """What a task, or its user, chooses of the preparation.
+    """Choices of a task, or of its user, in the preparation.
 
     Attributes
     ----------
@@ -124,7 +124,7 @@ class Choices:
 
 
 class Step(NamedTuple):
-    """What a step makes of a recording: the recording, alarms, and notes on what was done.
+    """Result of a step: the recording, alarms, and notes on the changes.
 
     `gyro_fix` is what was put right of the gyro.
     """
@@ -242,7 +242,7 @@ def _fix_axes(recording: Recording, choices: Choices) -> Step:
 def check_axes(
     recording: Recording, gyro: str, accel: str | None = None, *, scale: bool = True
 ) -> Checks:
-    """Return what motion shows of units and axes, of `zerorate.check`."""
+    """Return the result of `zerorate.check`: units and axes, by motion."""
     # Rates that are clipped fit other axes better than their own.
     whole, _ = restore_recording(recording, gyro=gyro, certain=False)
     return check(whole, gyro=gyro, accel=accel, scale=scale)

@@ -1,4 +1,4 @@
-"""What a check of a recording has found, as data, as sentences, and as the recording put right."""
+"""Result of a check: as data, as sentences, and as the corrected recording."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _VERSION: Final = 1
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """What motion shows of the unit and the axes of one sensor.
+    """Finding on the unit and the axes of one sensor, by motion.
 
     Parameters
     ----------
@@ -77,12 +77,12 @@ class Finding:
 
     @property
     def alarm(self) -> bool:
-        """Whether the sensor is not what its log says, beyond doubt."""
+        """True if the sensor contradicts its log beyond doubt."""
         return self.status in _ALARM_STATUSES
 
     @property
     def exact(self) -> bool:
-        """Whether it is known how to put the log right."""
+        """True if the correction of the log is known."""
         return self.alarm and (self.matrix is not None or self.status == "unit only")
 
     def apply(self, log: Log) -> Log:
@@ -105,7 +105,7 @@ class Finding:
 
 @dataclass(frozen=True, eq=False)
 class Checks(Result):
-    """What motion shows of a recording, as `zerorate.check` returns it.
+    """Result of `zerorate.check`: findings on the sensors of a recording, by motion.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ class Checks(Result):
 
     @property
     def alarms(self) -> tuple[str, ...]:
-        """What is mistaken beyond doubt, a sentence each."""
+        """Errors beyond doubt, a sentence each."""
         texts = (finding.text for finding in (self.gyro, self.magnetometer) if finding.alarm)
         return (*texts, *filter(None, (self.clock,)))
 
@@ -179,7 +179,7 @@ class Checks(Result):
         return as_json(content, indent=1)
 
     def __repr__(self) -> str:
-        """Return what is said of each sensor."""
+        """Return the status of each sensor."""
         return f"Checks({', '.join(self._statuses())})"
 
     def _statuses(self) -> Iterator[str]:

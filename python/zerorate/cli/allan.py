@@ -129,7 +129,7 @@ class _Exports:
     )
 
     def names(self) -> list[str]:
-        """Return which are wanted; ValueError for options that act on none of them."""
+        """Return the names of the exports; ValueError for options that none of them uses."""
         return parse_exports(self.export or (), self.inflate, self.per_sample)
 
 
@@ -215,7 +215,7 @@ def _unique(title: str, taken: Mapping[str, object]) -> str:
 
 
 def _left_out(result: Characterised, exports: Sequence[str]) -> str:
-    """Return which numbers the exports lack: after the notes, or a paragraph of its own."""
+    """Return the numbers that exports lack: after the notes, or as a paragraph of its own."""
     left_out = describe_missing_numbers(result, exports)
     if not left_out:
         return ""

@@ -171,7 +171,7 @@ _ALWAYS_RENAMED: Final[Mapping[str, str]] = {"destination": "-o"}
 
 
 def taker_of(name: str) -> Taker:
-    """Return what a command takes and runs, which is imported for it."""
+    """Return the parser and function of a command, which is imported for it."""
     return Taker(getattr(import_module(f"zerorate.cli.{name}"), name))
 
 
@@ -210,12 +210,12 @@ def _without_command(arguments: Sequence[str]) -> int:
 
 
 def columns() -> int:
-    """Return how wide the terminal is; where there is none, as wide as tables are by themselves."""
+    """Return the width of the terminal; without one, the default width of tables."""
     return get_terminal_size((WIDTH, 24)).columns
 
 
 def _hint(name: str) -> Hint:
-    """Return what helps on with a command, or with the program."""
+    """Return the hint after an error: help and an example, of a command or of the program."""
     if name not in COMMANDS:
         return Hint("zerorate --help", COMMANDS["demo"].examples[0])
     return Hint(f"zerorate {name} --help", COMMANDS[name].examples[0])

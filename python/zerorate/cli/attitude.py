@@ -131,7 +131,7 @@ def attitude(
     written: LogAndFigure,
     tum: Tum = False,
 ) -> None:
-    """Find which way a body points, from gyro, accelerometer and, if there is one, magnetometer.
+    """Estimate the orientation of a body from gyro, accelerometer and, if present, magnetometer.
 
     Writes quaternion and Euler angles with their standard deviations, rest, magnetic disturbance
     and what was learned of the gyro; prints a table, with the errors where the log has a reference.

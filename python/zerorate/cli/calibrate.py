@@ -186,7 +186,7 @@ def _check_alone(typed: Typed, context: str, used: Sequence[str]) -> None:
 
 
 def _moved(calibration: Calibration, old: Calibration | None) -> str:
-    """Return how far each parameter has moved since an earlier calibration, if there is one."""
+    """Return the change of each parameter since an earlier calibration, if there is one."""
     if old is None:
         return ""
     return (
@@ -195,6 +195,6 @@ def _moved(calibration: Calibration, old: Calibration | None) -> str:
 
 
 def _unwritten(exports: Sequence[str]) -> str:
-    """Return what a calibration that is not valid leaves unwritten."""
+    """Return the exports that are not written since the calibration is not valid."""
     names = ", ".join(export for export in exports if EXPORTS[export])
     return f": no export to {names}, unless with --force" if names else ""

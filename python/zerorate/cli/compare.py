@@ -78,7 +78,7 @@ class _Written:
     force: Force = False
 
     def place(self) -> Destination | None:
-        """Return where numbers and figures go; a usage fault for what means nothing without."""
+        """Return the destination of numbers and figures; a usage fault for unused options."""
         if self.output is not None:
             if not self.no_figure:
                 require("matplotlib", "plot")

@@ -46,7 +46,7 @@ def demo(
 
 
 def _guide(result: Replay, outputs: Outputs) -> str:
-    """Return what was written and what to look at, as a reader of the first run needs it."""
+    """Return a guide to the files that were written, for a reader's first run."""
     errors = [score.error for score in result.scores if score.method == result.method]
     biases = np.abs([score.mean for score in result.scores if score.method == "raw"])
     sentences = (

@@ -26,7 +26,7 @@ def is_wanted(words: Sequence[str]) -> bool:
 
 
 def overview(commands: Mapping[str, str], about: str, epilog: str) -> str:
-    """Return what the program does, and a line a command."""
+    """Return the description of the program, with one line for each command."""
     lines = [_filled(f"zerorate: {about}"), "", "Usage: zerorate COMMAND ...", ""]
     for name, what in commands.items():
         lines += _row(name, what, 10)

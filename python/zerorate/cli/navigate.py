@@ -64,7 +64,7 @@ _PARSE_VECTOR: Final = partial(parse_numbers, count=3, expected="three numbers")
 
 
 def _parse_mount(_: str, text: str) -> Mounting | None:
-    """Return what is stated of the mounting; None for nothing, also not by the recording."""
+    """Return the stated mounting; None for none, also not that of the recording."""
     return None if text == _NONE else mounting_of(text)
 
 

@@ -1,4 +1,4 @@
-"""What is read of a log, as the options of a command say it: columns, units, clock, parts."""
+"""Options that select the data to read from a log: columns, units, clock, parts."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -137,7 +137,7 @@ OF_IMU: Final = {
 
 @dataclass(frozen=True)
 class Reading:
-    """What is read of a log, and how.
+    """Selection of the data to read from a log.
 
     Attributes
     ----------
@@ -178,7 +178,7 @@ class ReadingOptions:
                 yield replace(one, help=text, default=None, panel=PANEL)
 
     def value(self, typed: Typed) -> Reading:
-        """Return what is read."""
+        """Return the selection of the data to read."""
         known = {one.name: typed.get(one.name) for one in self.options()}
         others = {sensor: known.pop(name, None) for name, sensor in _COLUMNS_OF.items()}
         if any(others.values()):
@@ -204,7 +204,7 @@ def _scale(factors: list[float] | None, device: str | None, ranges: list[float] 
 
 @dataclass(frozen=True)
 class Record:
-    """What is read as one log.
+    """Data read as one log.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Where the samples of ``zerorate stream`` come from: stdin, a file, datagrams, a live device."""
+"""Sources of the samples of ``zerorate stream``: stdin, a file, datagrams, a live device."""
 
 import os
 import sys

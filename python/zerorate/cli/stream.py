@@ -156,7 +156,7 @@ class _Saves:
         return 0 if saved is None else saved.position
 
     def saver(self, rate: float) -> Saver | None:
-        """Return what saves the state, None where nothing is saved."""
+        """Return the saver of the state, None where nothing is saved."""
         if self.checkpoint is None:
             return None
         count = self.every * rate

@@ -21,7 +21,7 @@ _MAPS: Final = ("geojson", "gpx")
 
 @dataclass(frozen=True)
 class _Start:
-    """Where the walk starts on the earth: arguments of `zerorate.walk`."""
+    """Start of the walk on the earth: arguments of `zerorate.walk`."""
 
     panel: ClassVar = _PANEL
 

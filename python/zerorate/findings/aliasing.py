@@ -148,7 +148,7 @@ def _find_harmonic(
 
 
 def _is_significant(hits: Booleans, chance_share: float) -> bool:
-    """Whether hits are most of the windows, and far more than usual; half of those overlap."""
+    """Return True if hits are most of the windows, and far more than by chance."""
     share, count = float(np.mean(hits)), 0.5 * len(hits)
     if share < 0.5 or share <= chance_share:
         return False
@@ -158,7 +158,7 @@ def _is_significant(hits: Booleans, chance_share: float) -> bool:
 
 
 def _has_peak_at(stands: Booleans, positions: Floats, width: int) -> Booleans:
-    """Return whether a peak stands within some bins of a place of each window."""
+    """Return the mask of windows with a peak within some bins of a position."""
     return np.asarray(
         np.take_along_axis(stands, _bins_around(positions, width, stands), axis=1).any(axis=1)
     )

@@ -57,7 +57,7 @@ class Course(NamedTuple):
 
 
 def attitude_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield what the sensors of the first IMU, and the log itself, say of the inclination."""
+    """Yield findings on the inclination, by the sensors of the first IMU and by the log itself."""
     imu = next((imu_candidate for imu_candidate in imus if imu_candidate.still.size), None)
     if imu is None or imu.gyro is None or imu.accel is None:
         return
@@ -109,7 +109,7 @@ def _align_samples(recording: Recording, gyro: Sensor, accel: Sensor) -> tuple[F
 
 
 def up_direction(quaternions: Floats) -> Floats:
-    """Return where an earth's third axis points in the axes of the sensor, shape (m, 3)."""
+    """Return the direction of an earth's third axis in the axes of the sensor, shape (m, 3)."""
     w, x, y, z = quaternions.T
     size = np.maximum((quaternions**2).sum(axis=1), np.finfo(float).tiny)
     row = [2 * (x * z - w * y), 2 * (y * z + w * x), size - 2 * (x * x + y * y)]
@@ -123,7 +123,7 @@ def _angles_between(one: Floats, other: Floats) -> Floats:
 
 
 def _check_arrivals(imu: Imu, accel: Sensor, course: Course) -> Iterator[Finding]:
-    """Yield how far the inclination is off as each rest begins that motion comes before."""
+    """Yield the error of the inclination at the beginning of each rest after motion."""
     later = [rest for rest in imu.rests if BLOCK_S * rest.first > _SETTLING_TIME_S]
     if not later:
         return
@@ -239,7 +239,7 @@ def _vertical_of_log(log: Log, start: float) -> _LogVertical | None:
 def _check_log_inclination(
     name: str, imu: Imu, accel: Sensor, vertical: _LogVertical
 ) -> Iterator[Finding]:
-    """Yield how far the log's own vertical is from gravity, whichever way its axes point."""
+    """Yield the angle between the log's own vertical and gravity, for any direction of its axes."""
     off, where = [], []
     for rest in imu.rests:
         times = BLOCK_S * np.arange(rest.first + 1, rest.last + 1)

@@ -1,4 +1,4 @@
-"""What PX4 or ArduPilot wrote of vibration and clipping into its log, at the sensor's rate."""
+"""Vibration and clipping that PX4 or ArduPilot logged at the sensor's rate."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class TopicRows(NamedTuple):
 
 
 def autopilot_findings(recording: Recording) -> Iterator[Finding]:
-    """Yield what the log of an autopilot says of vibration and clipping."""
+    """Yield findings on vibration and clipping from the log of an autopilot."""
     for name, rows in rows_of(recording, (_STATUS_TOPIC, _ESTIMATOR_TOPIC, _VIBE_TOPIC)):
         yield from _check_vibe(rows) if name == _VIBE_TOPIC else _check_topic(name, rows)
 
@@ -61,7 +61,7 @@ def _read_rows(columns: TableColumns, start: float) -> TopicRows | None:
 
 
 def _check_vibe(rows: TopicRows) -> Iterator[Finding]:
-    """Yield what ArduPilot says: a row an IMU with its number, or rows with counters of all."""
+    """Yield findings on ArduPilot's rows: one per IMU with its number, or counters of all."""
     numbers = rows.columns.get("IMU", np.zeros(len(rows.times)))
     for number in np.unique(numbers):
         of_imu = numbers == number

@@ -27,7 +27,7 @@ _SLOW_RATE_HZ: Final = 50.0
 
 
 def clock_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield what is seen of each clock that differs from those before."""
+    """Yield findings on each clock that differs from those before."""
     reported: set[tuple[object, int]] = set()
     for imu in imus:
         for sensor in imu.sensors:
@@ -138,7 +138,7 @@ def _gap_angle_error(sensor: Sensor, firsts: Integers, lengths: Integers) -> flo
 
 
 def _trial_errors(sensor: Sensor, first: int, length: int) -> Floats:
-    """Return what a straight line over gaps would cost that begin near one, in the log's unit."""
+    """Return the errors of a straight line over gaps that begin near one, in the log's unit."""
     data, reach = sensor.log.data, max(_TRIAL_RANGE_GAPS * length, round(sensor.log.rate))
     low, high = max(1, first - reach), min(sensor.log.n - length - 1, first + reach)
     errors = []

@@ -1,4 +1,4 @@
-"""What is in a log: sensors, rates, units, and what was assumed to read it."""
+"""Contents of a log: sensors, rates, units, and assumptions made to read it."""
 
 from collections.abc import Iterator, Sequence
 
@@ -12,7 +12,7 @@ _SLOW_RATE_HZ = 50.0
 
 
 def contents_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield what there is, what was assumed to read it, and what is too slow."""
+    """Yield findings on the contents, on assumptions made to read them, and on low rates."""
     for name, log in recording.items():
         text = (
             f"{name}: {log.channels} channels in {log.unit}, {log.n} samples at {log.rate:.6g} Hz."

@@ -32,7 +32,7 @@ _DELAY_TOLERANCE_S: Final = 1e-5
 
 
 class GyroDifference(NamedTuple):
-    """How a second gyro differs from a first.
+    """Difference of a second gyro from a first.
 
     The rate of the first at t is that of the second at t + delay, turned by `matrix` and times
     `scale` along the axes of the first. Sigmas are infinite where turns do not tell.
@@ -95,7 +95,7 @@ class _GyroIntegral:
         return angle, first + u * (2.0 * bend + 3.0 * u * twist) / step
 
     def is_unbroken(self, low: Floats, high: Floats) -> Booleans:
-        """Return whether each span is inside the log and has no gap, no NaN and no clipping."""
+        """Return the mask of spans inside the log without a gap, a NaN or clipping."""
         inside = (low > self.time[0]) & (high < self.time[-1])
         a = np.clip(np.searchsorted(self.time, low) - 1, 0, len(self.holes) - 1)
         b = np.clip(np.searchsorted(self.time, high), 0, len(self.holes) - 1)
@@ -103,7 +103,7 @@ class _GyroIntegral:
 
 
 def compare_gyros(first: Sensor, second: Sensor) -> GyroDifference | None:
-    """Return how a gyro differs from another, None where they turn too little to tell.
+    """Return the difference of a gyro from another, None where they turn too little for it.
 
     Mean rates over cells of 0.04 s, by integrals of both, follow a linear model of nine numbers, a
     bias and a delay (Gauss-Newton); its polar decomposition is rotation and scale. Errors are those
@@ -199,7 +199,7 @@ def _normal_sums(mine: Floats, its: Floats, delay_slopes: Floats) -> tuple[Float
 
 
 def _solve_sums(sums: tuple[Floats, ...]) -> tuple[float, Floats, Floats]:
-    """Return what is to be added to the delay, the linear map and the offset."""
+    """Return the steps of the delay, the linear map and the offset."""
     gram, onto, along, (size, projection) = sums
     inverse = np.linalg.pinv(gram, hermitian=True)
     rest = size - float((along * (inverse @ along)).sum())

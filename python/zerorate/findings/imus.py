@@ -138,7 +138,7 @@ class Imu:
 
     @cached_property
     def still(self) -> Booleans:
-        """Whether each block may be one of a rest."""
+        """Mask of blocks that may belong to a rest."""
         gyro, accel = self.gyro, self.accel
         if gyro is None or accel is None or None in (gyro.factor, accel.factor):
             return np.zeros(0, dtype=bool)
@@ -167,7 +167,7 @@ class Imu:
 def _is_quiet(
     scatter: Floats, present: Booleans, max_scatter: float, min_scatter: float
 ) -> Booleans:
-    """Return whether blocks scatter as little as the quietest twentieth of them, about."""
+    """Return the mask of blocks that scatter about as little as the quietest twentieth."""
     worst = scatter.max(axis=1)
     present_scatter = worst[present & np.isfinite(worst)]
     floor = float(np.quantile(present_scatter, 0.05)) if present_scatter.size else 0.0

@@ -26,7 +26,7 @@ _MAX_CALIBRATED_S: Final = 240.0
 
 
 def magnetometer_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield what turning shows of the iron near the first magnetometer, and of its field."""
+    """Yield findings on the iron near the first magnetometer, and on its field, by rotation."""
     imu = next((candidate for candidate in imus if candidate.still.size), None)
     if imu is None or imu.gyro is None or recording.mag is None:
         return

@@ -84,7 +84,7 @@ def _compare_pair(one: Imu, other: Imu) -> Iterator[Finding]:
 
 
 def _compare_turning(one: Imu, other: Imu, present: Booleans) -> GyroDifference | None:
-    """Return how two gyros differ by turns, None where too few are."""
+    """Return the difference of two gyros by rotations, None where there are too few."""
     if one.gyro is None or other.gyro is None:
         return None
     rates = (imu.gyro.blocks.mean[: len(present)] for imu in (one, other) if imu.gyro is not None)
@@ -159,7 +159,7 @@ def find_outlier_imu(
 
 
 def _is_outlier(own_differences: Sequence[Finding], remaining: Finding) -> bool:
-    """Whether both differences from one are three times that of the other two, beyond errors."""
+    """Return True if both differences from one are three times the third, beyond errors."""
     near = min(own_differences, key=lambda one: one.value or 0.0)
     mine, its = near.value or 0.0, remaining.value or 0.0
     sigma = math.hypot(near.sigma or 0.0, remaining.sigma or 0.0)
@@ -190,7 +190,7 @@ def _angle_between(one: Floats, other: Floats) -> float:
 
 
 def _is_parallel(one: Imu, other: Imu, calm: Booleans) -> bool:
-    """Whether gravity points alike at rest, where no turn tells the axes."""
+    """Return True if gravity has the same direction in both at rest."""
     if one.accel is None or other.accel is None:
         return False
     mine, its = (imu.accel.blocks.mean[: len(calm)][calm] for imu in (one, other) if imu.accel)
@@ -199,7 +199,7 @@ def _is_parallel(one: Imu, other: Imu, calm: Booleans) -> bool:
 
 
 def _compare_means(kind: str, mine: Sensor, its: Sensor, matrix: Floats, calm: Booleans) -> Finding:
-    """Return how far the means of two sensors are apart over calm blocks, by tenths of them."""
+    """Return the difference between the means of two sensors over calm blocks, and its error."""
     off = mine.blocks.mean[: len(calm)][calm] - its.blocks.mean[: len(calm)][calm] @ matrix.T
     factor = math.degrees(1.0) if kind == "gyros differ" else 1.0
     mean = factor * np.median(off, axis=0)

@@ -45,7 +45,7 @@ def _read_fixes(recording: Recording) -> Fixes | None:
 def receiver_findings(
     recording: Recording, imus: Sequence[Imu], fixes: Fixes | None
 ) -> Iterator[Finding]:
-    """Yield what is seen of a receiver: contradictions, its clock, innovations."""
+    """Yield findings on a receiver: contradictions, its clock, innovations."""
     imu = next((candidate for candidate in imus if candidate.still.size), None)
     if imu is None or imu.gyro is None or imu.accel is None:
         return
@@ -133,7 +133,7 @@ def _select_navigable_part(
 
 
 def _motion_start(fixes: Fixes) -> float:
-    """Return when the receiver first moves by metres, s."""
+    """Return the time at which the receiver first moves by metres, s."""
     positions = fixes.position[:, :2]
     is_displaced = (
         np.abs(positions - np.nanmedian(positions[:_MIN_FIXES], axis=0)).max(axis=1) > 1e-4

@@ -33,7 +33,7 @@ _ONE_SIDED_FACTOR: Final = math.sqrt(2.0)
 
 
 def rest_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield when each IMU rests, its bias, and its gravity."""
+    """Yield findings on the rests of each IMU, its bias, and its gravity."""
     for imu in imus:
         if not imu.rests:
             continue
@@ -110,7 +110,7 @@ def _check_bias(imu: Imu) -> Iterator[Finding]:
 
 
 def _may_turn(imu: Imu, rest: StaticInterval, values: Floats, at: int) -> bool:
-    """Return whether a rate at rest may be an even turn: no accelerometer feels that.
+    """Return True if a rate at rest may be an even rotation, which no accelerometer feels.
 
     It is larger than any bias, or it is about the vertical, and no other rest shows it again.
     """

@@ -29,7 +29,7 @@ _CHUNK_ROWS: Final = 1 << 18
 
 
 def sample_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield what is seen of the numbers of each sensor."""
+    """Yield findings on the samples of each sensor."""
     for imu in imus:
         for sensor in imu.sensors:
             findings = list(_check_sensor(imu, sensor))
@@ -280,7 +280,7 @@ def _find_spikes(column: Floats, step: float) -> Integers:
 
 
 def _is_single(column: Floats, index: int) -> bool:
-    """Whether a sample alone is off: its neighbours lean half of it the other way, no others.
+    """Return True if a single sample is off: its neighbours lean half as far the other way.
 
     The place is that of the sample before it.
     """

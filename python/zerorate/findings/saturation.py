@@ -1,4 +1,4 @@
-"""Where an axis is at a limit that nobody told: by the shape of its samples, hard or soft."""
+"""Saturation of an axis whose limit is unknown: by the shape of its samples, hard or soft."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class _Plateaus(NamedTuple):
 def find_saturation(
     column: Floats, other_axes: Floats, rate: float, step: float
 ) -> Saturation | None:
-    """Return where an axis is at its largest value as at a limit, None if it is not.
+    """Return the saturation of an axis at its largest value, None if there is none.
 
     A limit shows in the shape alone: a plateau with corners, which no smooth peak has, or more
     samples equal to the largest than chance puts there; of one that is not flat, in excursions that
@@ -134,7 +134,7 @@ def _find_plateaus(column: Floats, rows: Integers, largest: float) -> _Plateaus:
 
 
 def _has_corners(plateaus: _Plateaus, quantum: float) -> bool:
-    """Whether a plateau begins and ends as no parabola does that is so flat in the middle.
+    """Return True if a plateau has corners that no parabola so flat in the middle has.
 
     One that stays within a step for L samples is, one sample further, at most
     ((L + 1) / (L − 1))² steps beneath.
@@ -163,7 +163,7 @@ def _has_long_run(column: Floats, plateaus: _Plateaus, quantum: float) -> bool:
 
 
 def _has_many_equal(column: Floats, plateaus: _Plateaus, half_range: float, quantum: float) -> bool:
-    """Whether more samples equal the largest than the bins beneath let expect."""
+    """Return True if more samples equal the largest than the bins below let expect."""
     count, drops = int(plateaus.length.sum()), np.fmax(plateaus.before, plateaus.after)
     # Where noise is less than a step, a rest flickers between neighbours.
     if not np.median(drops[np.isfinite(drops)]) >= 3.0 * quantum:
@@ -186,7 +186,7 @@ def _chernoff_bound(count: int, expected: float) -> float:
 
 
 def _is_standstill(other_axes: Floats, rows: Integers) -> bool:
-    """Whether the other axes keep their numbers while this one does: a motion without noise."""
+    """Return True if the other axes repeat their values with this one: a motion without noise."""
     next_to = rows[1:][np.diff(rows) == 1]
     if next_to.size < _MIN_RUN - 1:
         return False
@@ -195,7 +195,7 @@ def _is_standstill(other_axes: Floats, rows: Integers) -> bool:
 
 
 def _has_exact_repeats(plateaus: _Plateaus, half_range: float, quantum: float) -> bool:
-    """Whether most plateaus have the same samples beside them: a motion that repeats exactly."""
+    """Return True if most plateaus have the same neighbours: a motion that repeats exactly."""
     sides = np.stack([plateaus.before, plateaus.after], axis=1)
     sides = np.sort(sides[np.isfinite(sides).all(axis=1)], axis=1)
     if len(sides) < _MIN_RUN:

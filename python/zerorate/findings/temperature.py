@@ -28,7 +28,7 @@ _ADVICE: Final = (
 
 
 def temperature_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield how the bias of each gyro that has a thermometer goes with its temperature."""
+    """Yield the temperature slope of the bias of each gyro that has a thermometer."""
     for imu in imus:
         if imu.gyro is None or imu.gyro.factor is None or not imu.still.size:
             continue
@@ -89,7 +89,7 @@ def _temperature_at_blocks(thermometer: Log, start: float, count: int) -> Floats
 
 
 def _explain_missing_slope(model: TemperatureModel) -> str:
-    """Return why no slope is identifiable."""
+    """Return the reason why no slope is identifiable."""
     if model.span < 1.0:
         return f"temperature moved by {model.span:.2g} K only"
     bound = max(slope.upper_bound for slope in model.slopes)

@@ -28,7 +28,7 @@ _MIN_PEAK_RATIO: Final = 4.0
 
 
 def vibration_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield how much each accelerometer shakes in motion, and at what frequency most."""
+    """Yield the level and the dominant frequency of each accelerometer's vibration in motion."""
     for imu in imus:
         accel = imu.accel
         if (

@@ -47,7 +47,7 @@ _INSTANT_SIGMA_S: Final = 0.02 / math.sqrt(12.0)
 
 @dataclass(frozen=True)
 class Asymmetry:
-    """How a quantity differs between both feet.
+    """Difference of a quantity between the feet.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ class Feet(Result):
         )
 
     def asymmetry(self) -> dict[str, Asymmetry]:
-        """Return how strides differ between both feet, by the names of `Strides`.
+        """Return the asymmetry of strides between the feet, by the names of `Strides`.
 
         R. O. Robinson, W. Herzog, B. M. Nigg, *J. Manipulative and Physiological Therapeutics*
         10(4), 1987. What has under two strides of a foot is left out.

@@ -59,7 +59,7 @@ class GeodeticTrack:
 
 
 class Origin(NamedTuple):
-    """Where a walk starts on the earth.
+    """Start of a walk on the earth.
 
     Attributes
     ----------

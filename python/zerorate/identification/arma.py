@@ -141,7 +141,7 @@ def fit_arma(
 
 
 def arma_grid(z: npt.ArrayLike, max_p: int, max_q: int) -> ArmaGrid:
-    """Return how well ARMA models of all orders up to (max_p, max_q) fit a record.
+    """Return the fit of ARMA models of all orders up to (max_p, max_q) to a record.
 
     By conditional least squares with a constant; all models are compared on the same residuals,
     each stretch between missing samples gives up `max_p`.

@@ -125,7 +125,7 @@ class ArmaModel(Result):
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """What to beware of, a sentence each: the remarks, then what follows from the numbers.
+        """Warnings, a sentence each: the remarks, then those that follow from the numbers.
 
         The search did not end; the condition is above 1e8, where half of the digits are gone; not
         stationary, not invertible, or a root within 1.96 standard errors (95 %) of the unit
@@ -210,12 +210,12 @@ class ArmaModel(Result):
 
     @property
     def stationary(self) -> bool:
-        """Whether every AR root lies outside the unit circle."""
+        """True if every AR root lies outside the unit circle."""
         return is_stationary(self.phi)
 
     @property
     def invertible(self) -> bool:
-        """Whether every MA root lies outside the unit circle."""
+        """True if every MA root lies outside the unit circle."""
         return bool(np.all(np.abs(inverse_roots(self.theta)) < 1.0))
 
     def modes(self, rate: float) -> tuple[Mode, ...]:
@@ -321,7 +321,7 @@ class ArmaModel(Result):
         return arma_residuals(record, phi, theta, centre, constant)
 
     def _start_level(self, record: Floats) -> float:
-        """Return where samples are taken to be before a record begins."""
+        """Return the level assumed for samples before a record begins."""
         if math.isfinite(self.record_mean):
             return self.record_mean
         return self.mean if self.stationary else float(np.nanmean(record))
@@ -333,7 +333,7 @@ class ArmaModel(Result):
 
     @property
     def parameter_count(self) -> int:
-        """How many numbers were estimated: coefficients, constant and innovation variance."""
+        """Number of estimated parameters: coefficients, constant and innovation variance."""
         return len(self.phi) + len(self.theta) + int(self.has_constant) + 1
 
     @property

@@ -177,7 +177,7 @@ def _null_distribution(m: int, ties: int, tie_weight: float) -> _NullDistributio
 
 
 def _segment_values(record: Floats, segments: int | None, of: str) -> tuple[Floats, Integers, int]:
-    """Return what is put in order, which segment each is of, from 1, and the samples used."""
+    """Return the values to put in order, the segment of each from 1, and the count of samples."""
     if segments is None:
         indices = np.flatnonzero(np.isfinite(record))
         return record[indices], indices + 1, indices.size

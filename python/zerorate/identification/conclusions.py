@@ -75,7 +75,7 @@ def _describe_order(result: Identification) -> Iterator[str]:
 
 
 def _is_at_limit(orders: OrderSelection) -> bool:
-    """Return whether the clear choice has one of the highest orders."""
+    """Return True if the clear choice has one of the highest orders."""
     highest = [max(order[i] for order in orders.orders) for i in (0, 1)]
     return any(0 < most == own for most, own in zip(highest, orders.clear, strict=True))
 
@@ -150,12 +150,12 @@ _REMEDY: Final = "take a linear trend off, or let the filter hold a random walk"
 
 
 def is_fit(result: Identification) -> bool:
-    """Return whether the record is at rest and does not wander off."""
+    """Return True if the record is at rest and does not wander off."""
     return not result.moving and not result.tests.adf.accepted and not _is_wandering(result.tests)
 
 
 def _describe_fitness(result: Identification) -> Iterator[str]:
-    """Yield whether the record is fit for a model, and why not."""
+    """Yield sentences on the fitness of the record for a model, with reasons."""
     tests = result.tests
     if result.moving:
         yield (
@@ -180,7 +180,7 @@ def _describe_fitness(result: Identification) -> Iterator[str]:
 
 
 def _describe_distribution(result: Identification) -> Iterator[str]:
-    """Yield why tests of normality reject, and whether that matters."""
+    """Yield the reason why tests of normality reject, and its importance."""
     tests, record = result.tests, result.record
     steps = record.step / record.deviation
     if tests.gaussian or not is_fit(result):
@@ -206,7 +206,7 @@ def _describe_distribution(result: Identification) -> Iterator[str]:
 
 
 def _describe_smoothing(result: Identification) -> Iterator[str]:
-    """Yield what a moving average did to the correlation."""
+    """Yield the effect of a moving average on the correlation."""
     width = result.smooth
     if width > 1:
         yield (

@@ -143,7 +143,7 @@ _PREDICTOR_ORDER: Final = 20
 
 @dataclass(frozen=True, eq=False)
 class Whiteness:
-    """What is left in residuals that could still be explained.
+    """Predictable part of residuals.
 
     Attributes
     ----------
@@ -217,7 +217,7 @@ def ljung_box(z: npt.ArrayLike, lags: int = 20, fitted: int = 0) -> Verdict:
 
 
 def whiteness(residuals: npt.ArrayLike, lags: int = 20, fitted: int = 0) -> Whiteness:
-    """Return whether residuals are white, and how much it matters if not.
+    """Test residuals for whiteness, and measure the part that is predictable.
 
     Parameters
     ----------

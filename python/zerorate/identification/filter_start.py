@@ -205,7 +205,7 @@ def _start_parts(
 
 
 def _coefficient_indices(model: "ArmaModel", p: int) -> list[int]:
-    """Return where [phi, theta, c] stand in a filter of orders (p, q)."""
+    """Return the indices of [phi, theta, c] in a filter of orders (p, q)."""
     own_p, own_q = model.order
     return [*range(own_p), *range(p, p + own_q), -1]
 

@@ -116,7 +116,7 @@ class Identification(Result):
 
     @property
     def verdict(self) -> tuple[str, ...]:
-        """What the numbers mean, a sentence each."""
+        """Conclusions from the numbers, a sentence each."""
         return conclusions(self)
 
     def to_dict(self) -> dict[str, Any]:
@@ -155,7 +155,7 @@ class OnlineFit:
 
 
 def learn_online(record: Floats, offline: ArmaModel) -> OnlineFit | None:
-    """Return what recursive least squares of the offline model's order makes of a record.
+    """Return the online fit of a record by recursive least squares of the offline model's order.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ _RESIDUAL_LAGS: Final = 20
 
 
 class Preparation(TypedDict, total=False):
-    """What `prepare` may be asked to do."""
+    """Options of `prepare`."""
 
     smooth: int
     outliers: Literal["hampel", "moving-average"] | None

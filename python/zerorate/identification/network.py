@@ -101,7 +101,7 @@ class NetworkModel:
 
     @property
     def verdict(self) -> NetworkVerdict:
-        """Whether it is of use: "gain", "no gain" or "oscillates".
+        """Verdict on the use of the network: "gain", "no gain" or "oscillates".
 
         It oscillates if the map left alone keeps more than 0.01 of the record's deviation, and
         below one per cent there is no gain.
@@ -111,13 +111,13 @@ class NetworkModel:
         return "gain" if self.gain_over_ar >= MIN_GAIN else "no gain"
 
     def step(self, past: npt.ArrayLike) -> Floats:
-        """Return what comes next: (…, inputs), the newest first, to (…,), unit of the record."""
+        """Return the next value: (…, inputs), the newest first, to (…,), unit of the record."""
         x = self._scale_inputs(past)
         units = np.tanh(x @ self.weights.T + self.biases)
         return self.mean + self.scale * (units @ self.output + self.offset)
 
     def gradient(self, past: npt.ArrayLike) -> Floats:
-        """Return how much what comes next changes with each input: the shape of `past`.
+        """Return the derivatives of the next value by each input: the shape of `past`.
 
         It is the first row of the transition matrix of an extended Kalman filter.
         """

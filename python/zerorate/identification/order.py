@@ -208,7 +208,7 @@ def _check_choice(name: str, value: str, known: Sequence[str]) -> None:
 
 
 def scores_above_minimum(orders: OrderSelection, name: Criterion) -> Floats:
-    """Return how far a criterion is above its least for every order, on the scale of N ln.
+    """Return the excess of a criterion over its minimum for every order, on the scale of N ln.
 
     Parameters
     ----------

@@ -114,7 +114,7 @@ Outliers = Literal["hampel", "moving-average"]
 
 @dataclass(frozen=True)
 class Change:
-    """What was done to a record, in a sentence, and to how many samples.
+    """Change made to a record, in a sentence, and the count of samples changed.
 
     Examples
     --------

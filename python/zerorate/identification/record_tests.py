@@ -52,7 +52,7 @@ class RecordSummary:
 
 
 def summarise_record(record: Floats, rate: float) -> RecordSummary:
-    """Return what a record of shape (n,) holds; at least one sample must be there."""
+    """Summarise a record of shape (n,); at least one sample must be present."""
     present = np.isfinite(record)
     there = record if present.all() else record[present]
     starts = int(present[0]) + np.count_nonzero(present[1:] & ~present[:-1])
@@ -126,12 +126,12 @@ class RecordTests:
 
     @property
     def stationary(self) -> bool:
-        """Whether no test saw a trend or a wandering mean."""
+        """True if no test saw a trend or a wandering mean."""
         return self.means.accepted and self.variances.accepted and self.kpss.accepted
 
     @property
     def gaussian(self) -> bool:
-        """Whether both tests of normality hold."""
+        """True if both tests accept normality."""
         return self.jarque_bera.accepted and self.anderson_darling.accepted
 
 

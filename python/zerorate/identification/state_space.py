@@ -107,7 +107,7 @@ class StateSpace:
 
     @cached_property
     def constants(self) -> Booleans:
-        """Which states never change, such as Fu and Han's c: shape (n,)."""
+        """Mask of states that never change, such as Fu and Han's c: shape (n,)."""
         still = np.all(np.eye(self.size) == self.F, axis=1) & ~np.any(self.G, axis=1)
         return np.asarray(still & (self.constant == 0.0))
 

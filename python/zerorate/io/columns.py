@@ -44,7 +44,7 @@ TimeColumn = str | int | Literal[False] | None
 
 @dataclass(frozen=True)
 class Timing:
-    """What a caller says of the rows: the column and unit of their time, and which to leave out.
+    """Caller's choice of the column and unit of time, and of the rows to leave out.
 
     Raises
     ------
@@ -249,7 +249,7 @@ def _check_unique(names: Sequence[str]) -> None:
 
 
 def _has_sensor(triads: Sequence[Triad], sensor: str | None) -> bool:
-    """Whether a sensor is among these: one name may be of the gyro, or of the accelerometer."""
+    """Return True if a sensor is present: one name may be of the gyro, or of the accelerometer."""
     try:
         return bool(select_triads(triads, sensor))
     except LogError:

@@ -100,7 +100,7 @@ class RawCounts:
 
 
 def raw_counts(device: str, gyro: float, accel: float | None = None) -> RawCounts:
-    """Return what makes deg/s and g of the raw counts of a sensor, by its data sheet.
+    """Return the factors from raw counts of a sensor to deg/s and g, by its data sheet.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ _DEVICE_UNITS: Final = {"gyro": "deg/s", "accel": "g"}
 
 @dataclass(frozen=True)
 class Scaling:
-    """What the values of sensors are multiplied by, and the units that follow from it.
+    """Factors for the values of sensors, and the units that follow.
 
     Attributes
     ----------
@@ -189,7 +189,7 @@ class Scaling:
 
     @classmethod
     def of(cls, scale: Scale) -> Scaling:
-        """Return what a caller's `scale` says; ValueError if it is none."""
+        """Return the factors of a caller's `scale`; ValueError if it is none."""
         if scale is None:
             return cls()
         if isinstance(scale, RawCounts):
@@ -245,7 +245,7 @@ def _check_factor(scale: object) -> float:
 
 
 def guess_kind(names: Sequence[str]) -> str:
-    """Return what columns of these names are read as: accelerometers if all are, else gyros."""
+    """Return the kind of columns by their names: accelerometers if all are, else gyros."""
     of_gyros = (looks_like_gyro(name) or not looks_like_accelerometer(name) for name in names)
     return "gyro" if any(of_gyros) else "accel"
 

@@ -1,4 +1,4 @@
-"""What a table shows of its clock: evidence of each column, scored here and nowhere else.
+"""Evidence for the clock of a table: of each column, scored here and nowhere else.
 
 A name that is plainly of a time counts most, then one that may be, then a unit of time in a name.
 A column without any of these is the clock if its values rise evenly at a rate that sensors have.
@@ -56,7 +56,7 @@ class Clue(NamedTuple):
 
     @property
     def evidence(self) -> str:
-        """What speaks for it."""
+        """The evidence in words."""
         return _SCORES[self.score]
 
 
@@ -129,7 +129,7 @@ def _joined_with(table: Table, seconds: Floats, index: int) -> Table | None:
 
 
 def _runs(values: Floats, seconds: Floats, per_second: float) -> bool:
-    """Whether a clock that counts so fast is within its second all the time."""
+    """Return True if a clock that counts so fast is within its second all the time."""
     return bool(np.ptp(values / per_second - seconds) < 1.0 + _ALIKE)
 
 
@@ -185,7 +185,7 @@ def _per_second(table: Table, clue: Clue) -> float:
 
 
 def _agree(one: Clue, other: Clue, table: Table) -> bool:
-    """Whether two clocks differ in their unit alone."""
+    """Return True if two clocks differ in their unit alone."""
     units = [find_time_unit(table.label(clue.place)) for clue in (one, other)]
     ratio = one.step / other.step
     if units[0] and units[1]:
@@ -219,7 +219,7 @@ def _even_step(table: Table, index: int) -> float | None:
 
 
 def _why_no_clock(table: Table, index: int) -> str | None:
-    """Return why the values of a column are no timestamps; None if hardly any is out of order."""
+    """Return the reason why a column holds no timestamps; None if hardly any is out of order."""
     try:
         (column,) = table.load([index])
         # Whatever their unit, a clock rises.
@@ -233,7 +233,7 @@ def _why_no_clock(table: Table, index: int) -> str | None:
 
 
 def clock_beside(table: Table, time: int) -> UnitHint:
-    """Return what tells the unit of a time column by another clock of the table, if there is one.
+    """Return a hint on a time column's unit from another clock of the table, if there is one.
 
     That is a column named like a time, with its unit in its name, that runs as far in the log.
     """
@@ -254,7 +254,7 @@ def clock_beside(table: Table, time: int) -> UnitHint:
 
 
 def _ratio(table: Table, one: int, other: int) -> float | None:
-    """Return how much faster one column counts than another, None where one of them does not."""
+    """Return the ratio of two columns' rates of counting, None if one of them does not count."""
     try:
         loaded = table.load([one, other])
     except LogError:
@@ -294,7 +294,7 @@ def _is_of(name: str, kinds: Sequence[str]) -> bool:
 
 
 def _belongs(table: Table, names: tuple[str, ...], time: int, data: int) -> tuple[bool, int]:
-    """Return how well a time fits a data column: by its length, then by the folders they share."""
+    """Return the match of a time to a data column: by its length, then by shared folders."""
     same = table.lengths is None or table.lengths[time] == table.lengths[data]
     folders = zip(names[time].split("/")[:-1], names[data].split("/")[:-1], strict=False)
     return same, sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], folders))
@@ -323,7 +323,7 @@ def loaded(table: Table, index: int) -> Column | None:
 
 
 def rises(column: Column) -> bool:
-    """Whether values rise over most rows and hardly ever fall, as a clock's do."""
+    """Return True if values rise over most rows and hardly ever fall, as a clock's do."""
     steps = np.diff(column.astype(np.float64)) if column.dtype.kind in "fiu" else np.ones(1)
     return (
         bool((steps < 0).mean() <= _BACKWARD and (steps > 0).mean() > 0.5) if len(steps) else False
@@ -331,7 +331,7 @@ def rises(column: Column) -> bool:
 
 
 def steady(column: Column) -> bool:
-    """Whether values rise in near-equal steps over most rows, as a clock's do."""
+    """Return True if values rise in near-equal steps over most rows, as a clock's do."""
     if len(column) < 3 or column.dtype.kind not in "fiuMm":
         return False
     counts = column.view(np.int64) if column.dtype.kind in "Mm" else column
@@ -347,7 +347,7 @@ def _counts_rows(column: Column) -> bool:
 
 
 def not_of_gyro(table: Table, places: Sequence[int]) -> tuple[str, Sequence[int]] | None:
-    """Return why columns of a table without names are no gyro, and those that may be one.
+    """Return the reason why a table without names has no gyro, and the columns that may be one.
 
     None stands for a gyro.
     """

@@ -1,4 +1,4 @@
-"""What a file is taken for, and why: its format, its topics, and each of its columns."""
+"""Explanation of a file as it is read: its format, its topics, and each of its columns."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class TopicExplanation:
 
 @dataclass(frozen=True)
 class Explanation:
-    """What a file is taken for.
+    """Explanation of a file as it is read.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class Explanation:
 
 
 def explain(path: str | os.PathLike[str], **arguments: Unpack[ReadArguments]) -> Explanation:
-    """Return what a file is taken for: its format, its topics, each of its columns.
+    """Explain how a file is read: its format, its topics, each of its columns.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def _collect_notes(recording: Recording | None, logs: Mapping[str, Log]) -> Iter
 
 
 def explain_format(file: Path, form: Format) -> str:
-    """Return how a file was recognised as of a format, in words."""
+    """Return the evidence for a file's format, in words."""
     suffix = file.suffix.lower()
     if file.is_dir():
         return "a folder with metadata.yaml" if form.kind == "ros2" else "files named after sensors"
@@ -227,7 +227,7 @@ def _explain_column(
 
 
 def _values(table: Table, index: int) -> str:
-    """Return what is in a column of a file of which nothing is read."""
+    """Return the contents of a column, in a file that is not read."""
     column = loaded(table, index)
     if column is None or column.dtype.kind not in "fiu":
         return "holds texts" if column is None else ""

@@ -405,7 +405,7 @@ class _FixColumns:
 
 
 def _is_of_week(name: str) -> bool:
-    """Whether a column of this name holds the time of the week of GPS."""
+    """Return True if a column of this name holds the time of the week of GPS."""
     return to_snake_case(name) in ("i_tow", "itow", "tow", "tow_ms")
 
 
@@ -500,7 +500,7 @@ def _velocity(columns: _FixColumns, time: Floats, position: Floats) -> Floats | 
 
 
 def _select_fixes(columns: _FixColumns, time: Floats, position: Floats) -> Booleans:
-    """Return which rows are fixes, later than those before."""
+    """Return the mask of rows that are fixes, each later than those before."""
     latitude, longitude = position[:, 0], position[:, 1]
     # Loggers write zeros before the first fix.
     has_position = (

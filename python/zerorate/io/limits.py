@@ -16,12 +16,12 @@ _MAX_COLUMNS: Final = 16_384
 
 
 def max_bytes(path: Path) -> int:
-    """Return how much memory the content of a file, or of a folder, may take."""
+    """Return the limit of memory for the content of a file, or of a folder, bytes."""
     return _BASE_BYTES + _BYTES_PER_FILE_BYTE * _file_size(path)
 
 
 def max_seconds(path: Path) -> float:
-    """Return how long a process may compute to read a file."""
+    """Return the limit of computing time for a process that reads a file, s."""
     return _BASE_SECONDS + _SECONDS_PER_MB * 1e-6 * _file_size(path)
 
 

@@ -35,7 +35,7 @@ from zerorate.types import Booleans, Floats, Integers
 
 @dataclass(frozen=True)
 class GridRuns:
-    """Where rows stand on a grid of some length: runs without gaps, each by its first row.
+    """Positions of rows on a grid of some length: runs without gaps, each by its first row.
 
     A grid without gaps is one run, however long.
     """
@@ -174,7 +174,7 @@ class LogFile:
         return cls(Header.of(log), lambda first, end: log.time[first:end], blocks, log, stamps)
 
     def sampled(self, first: int, end: int) -> Floats:
-        """Return when samples were taken, s, from a first one up to an end."""
+        """Return the times of samples, s, from a first one up to an end."""
         return (self.stamps or self.time)(first, end)
 
     def log(self) -> Log:

@@ -72,7 +72,7 @@ class ReadArguments(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """What a caller asks of a source, beside which of its columns make a log.
+    """Caller's options of reading, except the columns that make a log.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class ReadOptions:
 
 @dataclass(frozen=True)
 class Selection:
-    """What is read of a table: columns of data and of time, their groups, and the rate stated."""
+    """Selection from a table: columns of data and of time, their groups, and the rate stated."""
 
     table: Table
     data: tuple[int, ...]
@@ -259,7 +259,7 @@ def read_log(
 
 
 def group_all(unit: str | None, scaling: Scaling) -> Grouping:
-    """Return what makes one group of all columns, in the unit given or in their own."""
+    """Return a grouping that makes one group of all columns, in the unit given or in their own."""
     stated_unit = None if unit is None else canonical_unit(unit)
 
     def grouped(names: list[str], file_unit: str | None) -> list[Group]:
@@ -313,7 +313,7 @@ def select_columns(
     kinds: Sequence[str] = ("gyro",),
     sensor: str | None = None,
 ) -> Selection:
-    """Return what is to be read of a table, of which only a table without names is loaded."""
+    """Select the columns to read; data are loaded only if the table has no column names."""
     table = table.load_all() if table.names is None else with_time(table)
     check_samples(table, columns)
     choice = choose_columns(table, columns, kinds, sensor)
@@ -486,7 +486,7 @@ def describe_assumptions(
 
 
 def _needs_unit(names: Sequence[str]) -> bool:
-    """Return whether anybody asks for the unit: of a magnetometer only the direction counts."""
+    """Return True if the unit matters: of a magnetometer only the direction counts."""
     meanings = [meaning_of(name) for name in names]
     return any(meaning is None or meaning.kind in ("gyro", "accel") for meaning in meanings)
 

@@ -282,7 +282,7 @@ class _Request:
     timing: Timing = field(default_factory=Timing)
 
     def requires(self, sensors: Iterable[_Sensor]) -> bool:
-        """Whether a sensor among these was asked for, so that a fault in it is one of all."""
+        """Return True if one of these sensors was requested, so that its faults are errors."""
         asked = {"gyro", *self.columns}
         return any(sensor.kind in asked for sensor in sensors)
 
@@ -396,7 +396,7 @@ def _choose_triads(triads: list[Triad], sensor: str | None, notes: list[str]) ->
 
 
 def _find_meanings(table: Table) -> dict[int, Meaning]:
-    """Return what columns are of sensors; the file may list those of one without a known name."""
+    """Return the meanings of sensors' columns; the file may list those without a known name."""
     kind = "accel" if table.meta.unit in _ACCEL_UNITS else "gyro"
     listed = Meaning(kind, "", None)
     if table.names is None:

@@ -30,7 +30,7 @@ NO_TOPICS: Final = make_sentence(
 
 @dataclass(frozen=True)
 class Metadata:
-    """What a file says about itself, each field None where it says nothing.
+    """Metadata of a file, each field None where the file has none.
 
     ``axes`` says where x, y and z of its sensors point, in words, ``calibration`` what the logger
     took its sensors to be off by, by its own names.

@@ -30,11 +30,11 @@ class Triad(NamedTuple):
 
     @property
     def is_complete(self) -> bool:
-        """Whether there are three axes."""
+        """True if there are three axes."""
         return len(self.indices) == _AXES
 
     def matches(self, wanted: Sequence[str]) -> bool:
-        """Whether words name this sensor: its device, its stage, or words of its columns."""
+        """Return True if words name this sensor: its device, its stage, or words of its columns."""
         own = self.stem.split("_")
         return all(word in own or ROLES.get(word) == self.stage for word in wanted)
 
@@ -104,7 +104,7 @@ def _order_triads(triads: list[Triad]) -> list[Triad]:
 
 
 def _includes_gravity(linear: Triad, triads: list[Triad]) -> bool:
-    """Whether a linear acceleration has gravity in it, as in a message of ROS.
+    """Return True if a linear acceleration has gravity in it, as in a message of ROS.
 
     That has an angular velocity beside it, where phones have a gyro.
     """
@@ -115,7 +115,7 @@ def _includes_gravity(linear: Triad, triads: list[Triad]) -> bool:
 
 
 def _rank(triad: Triad) -> tuple[bool, int, int]:
-    """Return what orders sensors: three axes, a good stage, a low number."""
+    """Return the rank of a sensor: three axes, a good stage, a low number."""
     stage = triad.stage if triad.stage in STAGES else ""
     numbers = [int(word) for word in triad.device.split("_") if word.isdigit()]
     return not triad.is_complete, STAGES.index(stage), numbers[-1] if numbers else -1

@@ -86,7 +86,7 @@ def write_log(
 
 
 def make_column_names(channels: Iterable[str], unit: str, extra: Iterable[str]) -> list[str]:
-    """Return what the channels of a log are called in a file; LogError if two would be alike."""
+    """Return the names of a log's channels in a file; LogError if two would be the same."""
     names, channel_names = [], list(channels)
     for name, channel_unit in zip(channel_names, units_of(unit, len(channel_names)), strict=True):
         own_unit = split_unit(name)[1]
@@ -139,7 +139,7 @@ def _write_text(log: Log, path: Path, names: Sequence[str]) -> None:
 
 
 def _is_self_describing(log: Log, names: Sequence[str]) -> bool:
-    """Whether the columns alone give back the rate, the unit and the names."""
+    """Return True if the columns alone give back the rate, the unit and the names."""
     plain = tuple(names) == log.names and all(looks_like_gyro(name) for name in names)
     units = {split_unit(name)[1] or UNKNOWN_UNIT for name in names}
     if not plain or units != {log.unit} or "sensor" in log.meta or log.n < 2:

@@ -145,7 +145,7 @@ def delay(
     rate: float | None = None,
     max_delay: float = 1.0,
 ) -> float | Floats:
-    """Return how far an estimate lags behind a reference, in seconds.
+    """Return the lag of an estimate behind a reference, in seconds.
 
     The lag at which the two correlate best, and there a parabola through three values of the
     least-squares misfit for the part below a sample. Offset and gain do not count. It is one

@@ -217,7 +217,7 @@ def orientation_error_growth(
     horizons: Sequence[float] = (1.0, 10.0, 60.0),
     every: float = 0.5,
 ) -> Floats:
-    """Return how far integrated rates turn away from a reference within each horizon.
+    """Return the angle between integrated rates and a reference, within each horizon.
 
     Every `every` seconds the integration starts at the reference's orientation; after the horizon
     the angle between both is noted, and its mean taken over all starts. It is what a user of

@@ -56,7 +56,7 @@ def reduction(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
 
 
 def mean_shift(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
-    """Return how far the filter moved the mean, in standard deviations of the raw signal.
+    """Return the shift of the mean by a filter, in standard deviations of the raw signal.
 
     It catches a filter that is quiet at the wrong level. It hides errors that cancel over the
     record, and counts a filter's start-up as a shift: leave the start-up out.

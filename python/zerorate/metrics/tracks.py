@@ -91,7 +91,7 @@ class TrackErrors:
         return _statistics(np.degrees(self.rotation[np.isfinite(self.rotation)]))
 
     def __repr__(self) -> str:
-        """Return how many there are, and their root mean squares."""
+        """Return the number of errors, and their root mean squares."""
         rotation = self.degrees
         angle = f", {rotation.rmse:.4g} deg" if rotation.of else ""
         return f"TrackErrors({len(self.time)}: RMS {self.metres.rmse:.4g} m{angle})"
@@ -104,7 +104,7 @@ def ate(
     align: Alignment = "rigid",
     max_time_difference: float = 0.01,
 ) -> TrackErrors:
-    """Return how far a track is from the true one, pose by pose: the absolute trajectory error.
+    """Return the absolute trajectory error: the distance of a track from the true one, by pose.
 
     Poses are matched by their times, and the estimate is moved as a whole to fit best.
 
@@ -171,7 +171,7 @@ def rpe(
     every: bool = False,
     max_time_difference: float = 0.01,
 ) -> TrackErrors:
-    """Return how far steps of a track are from the true ones: the relative pose error.
+    """Return the relative pose error: the difference of a track's steps from the true ones.
 
     It does not depend on where the track begins, so nothing is aligned.
 
@@ -248,7 +248,7 @@ def _statistics(values: Floats) -> Statistics:
 def _match_poses(
     estimate: Poses, reference: Poses, max_difference: float
 ) -> tuple[_Indices, _Indices]:
-    """Return which poses belong together: of the fewer each with the nearest of the others."""
+    """Return the pairs of poses: of the fewer each with the nearest of the others."""
     more = len(estimate) > len(reference)
     few, many = (reference, estimate) if more else (estimate, reference)
     after = np.clip(np.searchsorted(many.time, few.time), 1, max(len(many) - 1, 1))
@@ -312,7 +312,7 @@ def _fit_alignment(track: Poses, true: Poses, align: Alignment) -> tuple[Floats,
 
 
 def _find_steps(track: Poses, delta: float, unit: str, every: bool) -> tuple[_Indices, _Indices]:
-    """Return where steps begin and end."""
+    """Return the beginnings and ends of steps."""
     n = len(track.time)
     if unit == "poses":
         step = int(delta)

@@ -1,4 +1,4 @@
-"""What is known of a vehicle that rests: roll, pitch, and the bias of the gyro."""
+"""Alignment of a vehicle at rest: roll, pitch, and the bias of the gyro."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _GRAVITY_TOLERANCE: Final = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Alignment(Result):
-    """What is known of a vehicle before it moves, as `align` returns it.
+    """Alignment of a vehicle before it moves, as `align` returns it.
 
     Parameters
     ----------

@@ -168,7 +168,7 @@ def _thin_fixes(fixes: Fixes) -> Fixes:
 
 @dataclass(frozen=True, eq=False)
 class _Prior:
-    """What is known before: numbers, their standard deviations, and which of them are searched.
+    """Prior: numbers, their standard deviations, and the mask of those that are searched.
 
     Offsets of positions and velocities, s, their rate, the antenna's place, m.
     """
@@ -186,7 +186,7 @@ class _Prior:
         return cls(theta, sigma, np.flatnonzero(free))
 
     def away(self, theta: Floats) -> Floats:
-        """Return how far the numbers that are searched are from this, in deviations."""
+        """Return the distance of the searched numbers from the prior, in standard deviations."""
         away: Floats = (theta - self.theta) / np.where(self.sigma > 0.0, self.sigma, 1.0)
         return away[self.free]
 
@@ -362,7 +362,7 @@ class _Search:
         return ClockEquations.of(weights, slopes, prior.free, prior.sigma, prior.away(theta))
 
     def slopes(self, theta: Floats, now: _Innovations) -> Slopes:
-        """Return how the innovations change with each number, forward and backward."""
+        """Return the derivatives of the innovations by each number, forward and backward."""
         h, unit, has_both = _DIFFERENCE_STEPS, np.eye(SIZE), self.receiver.has_velocities
         moves = [(k, sign * unit[k]) for k in self.prior.free.tolist() for sign in (1.0, -1.0)]
         lag = self.position_lag(theta) if has_both else math.inf
@@ -460,7 +460,7 @@ def _shorten(step: Floats) -> Floats:
 
 
 def _find_outliers(run: _Innovations, limit: float) -> Booleans:
-    """Return which positions and velocities are far beyond the others, shape (m, 2).
+    """Return the mask of outliers among positions and velocities, shape (m, 2).
 
     A wrong fix stands alone: what comes after one that a filter's own error makes large is large
     to the same side. One in ten at most: more are a filter that fits them badly.

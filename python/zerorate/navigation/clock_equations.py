@@ -25,7 +25,7 @@ _MIN_BLOCKS: Final = 3
 
 @dataclass(frozen=True, eq=False)
 class Slopes:
-    """How m innovations change with k numbers, forward and backward, shape (m, 6, k).
+    """Derivatives of m innovations by k numbers, forward and backward, shape (m, 6, k).
 
     A fix that moves carries the sensors' noise from one side to the other: the two have no noise in
     common, so that their product is not too large.

@@ -166,7 +166,7 @@ def _latitude(fixes: Fixes) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _ReceiverMotion:
-    """When a receiver stands, and when it surely moves."""
+    """Times at which a receiver stands, and at which it surely moves."""
 
     fixes: Fixes
     departure: float
@@ -254,7 +254,7 @@ def _first_fix_time(samples: Samples, fixes: Fixes) -> float:
 def _align_in_motion(
     source: str, samples: Samples, fixes: Fixes, begin: float, rest: tuple[float, float] | None
 ) -> Alignment:
-    """Return what is known at a fix but for the heading."""
+    """Return the alignment at a fix, but for the heading."""
     a, b = np.searchsorted(samples.time, [begin - _LEVEL_S, begin])
     # In the first seconds of a recording those that follow have to do.
     b = max(b, int(np.searchsorted(samples.time, samples.time[0] + 1.0)))

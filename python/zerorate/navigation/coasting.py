@@ -101,7 +101,7 @@ class FoundNoise:
 
     @property
     def kept(self) -> bool:
-        """Whether the noise stays as it was."""
+        """True if the noise stays as it was."""
         return bool(self.reason)
 
     @property
@@ -111,7 +111,7 @@ class FoundNoise:
         return {name: model for name, model in models.items() if model is not None}
 
     def __str__(self) -> str:
-        """Say what was found and what it gains, or why the noise is kept."""
+        """Return the noise found and its gain, or the reason why the noise is kept."""
         if self.kept:
             return f"the noise of the filter is kept: {self.reason}"
         gyro, accel, walk = (f"{factor:.2g}" for factor in self.factors)

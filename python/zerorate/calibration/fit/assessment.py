@@ -1,4 +1,4 @@
-"""Whether a calibration can be trusted, and what another record should have, in words."""
+"""Assessment of a calibration: reasons not to trust it, and advice for another record."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def find_problems(
     turns: Sequence[Turn],
     errors: tuple[Floats, Floats],
 ) -> list[str]:
-    """Return why a calibration is not valid, worst first.
+    """Return the reasons why a calibration is not valid, worst first.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def find_problems(
 
 
 def _scale_problems(fit: Fit, known_units: tuple[bool, bool]) -> list[str]:
-    """Return what is wrong with the determinants: a fit may be perfect at the scale of nothing."""
+    """Return the faults of the determinants: a fit may be perfect at a scale of zero."""
     problems = []
     for name, matrix, known in (
         ("accelerometer", fit.accel, known_units[0]),
@@ -164,7 +164,7 @@ def _size_problems(
 
 
 def _explain_undetermined(rests: Sequence[Rest], turns: Sequence[Turn]) -> list[str]:
-    """Return what poses and turns have in common that hides parameters."""
+    """Return the property of poses and rotations that hides parameters."""
     up = np.array([rest.direction for rest in rests])
     spread = float(np.arccos((up @ up.T).clip(-1.0, 1.0)).max())
     causes = []
@@ -184,7 +184,7 @@ def _pair_directions(rests: Sequence[Rest], turns: Sequence[Turn]) -> list[tuple
 def give_advice(
     fit: Fit, prior: Prior, rests: Sequence[Rest], turns: Sequence[Turn], unused: Sequence[str]
 ) -> list[str]:
-    """Return what another record should have, for a person with the sensor in hand.
+    """Return advice for another record, for a person with the sensor in hand.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ def give_advice(
 
 
 def _advise_poses(fit: Fit) -> list[str]:
-    """Return which axes to hold up so that the scale of gravity is known in all directions.
+    """Return the axes to hold up so that the scale of gravity is known in all directions.
 
     One after the other, the direction that is known worst is taken to be measured.
     """

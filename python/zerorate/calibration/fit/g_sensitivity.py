@@ -22,7 +22,7 @@ _WALK_VARIANCES: Final = np.concatenate(([0.0], np.geomspace(0.01, 1e4, 13)))
 
 @dataclass(frozen=True, eq=False)
 class RestEstimate:
-    """What the gyro shows without turning.
+    """Gyro bias and g-sensitivity, estimated at rest.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Where the fit starts: at the data sheet, or at what gravity and turns tell of unknown units."""
+"""Start of the fit: from the data sheet, or from gravity and rotations if units are unknown."""
 
 from __future__ import annotations
 

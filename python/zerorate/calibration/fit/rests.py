@@ -75,7 +75,7 @@ class _Windows:
 
 @dataclass(frozen=True, eq=False)
 class Stillness:
-    """What tells rests from motion: the variance of each sensor at its quietest.
+    """Thresholds between rest and motion: the variance of each sensor at its quietest.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def _estimate_floors(variance: Floats) -> Floats:
 
 
 def _find_still_blocks(sensors: Sequence[Sensor]) -> tuple[Booleans, list[_Windows]]:
-    """Return which blocks of the first sensor are still for all, and the windows of each."""
+    """Return the mask of the first sensor's blocks that are still for all, and their windows."""
     all_windows = [_measure_windows(sensor) for sensor in sensors]
     first, block = sensors[0], all_windows[0].block
     count = first.n // block
@@ -271,7 +271,7 @@ def _measure_rest(
 
 
 def _rest_errors(sensor: Sensor, rests: Sequence[Rest]) -> tuple[Floats, Floats]:
-    """Return what the mean of each rest may err by: by its halves, and by its quarters too."""
+    """Return the standard errors of the mean of each rest, from its halves and its quarters."""
     parts = []
     for rest in rests:
         ends = np.linspace(sensor.index_at(rest.start), sensor.index_at(rest.stop), 5).astype(int)

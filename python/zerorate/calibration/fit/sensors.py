@@ -78,7 +78,7 @@ class Sensor:
 
     @cached_property
     def missing(self) -> Booleans | None:
-        """Which samples lack an axis, shape (n,); None if none does."""
+        """Mask of samples that lack an axis, shape (n,); None if none does."""
         # A sum is finite only if all its terms are, and costs a tenth of asking each.
         if np.isfinite(self.data.sum()):
             return None
@@ -166,7 +166,7 @@ def resolution(data: Floats) -> Floats:
 
 
 def _unit_factor(kind: Kind, unit: str, gravity: float) -> float | None:
-    """Return what makes of raw samples those of the fit, None if the unit is not known."""
+    """Return the factor from raw samples to the unit of the fit, None if the unit is unknown."""
     try:
         quantity = units.kind(unit)
     except ValueError:

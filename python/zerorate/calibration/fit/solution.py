@@ -155,7 +155,7 @@ class Sensors:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What a record tells of both sensors.
+    """Parameters of both sensors, as the record determines them.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ class Solution:
 
 
 def solve(record: Record, prior: Prior, g_sensitivity: GSensitivity) -> Solution:
-    """Return what a record tells; what it does not determine stays at its prior value."""
+    """Return the solution; parameters that the record does not determine keep their prior value."""
     with_g = g_sensitivity is not False
     fit = _fit_sensors(record, prior, None, np.zeros((3, 3)))
     rest = _estimate_rest(record, fit, prior, with_g)

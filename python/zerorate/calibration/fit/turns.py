@@ -27,7 +27,7 @@ _MOTION_WEIGHT: Final = 1e-3
 
 
 def find_saturated(gyro: Sensor, limit: float | None) -> Booleans:
-    """Return which samples are at the end of the gyro's range, shape (n,).
+    """Return the mask of samples at the end of the gyro's range, shape (n,).
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def turn_biases(turns: Sequence[Turn], rests: Sequence[Rest], at_rest: Floats) -
 
 @dataclass(frozen=True, eq=False)
 class TurnRotations:
-    """What the gyro says of each turn.
+    """Rotations of each turn, by integration of the gyro.
 
     Parameters
     ----------

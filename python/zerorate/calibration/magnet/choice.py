@@ -1,4 +1,4 @@
-"""What of a fit is applied: only what more than halves the scatter of samples it had not seen."""
+"""Choice of the parameters to apply: those that more than halve the scatter of unseen samples."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class IronChoice:
 
 
 def choose_iron(ticks: Ticks, spans: list[Span], single_iron: bool = False) -> IronChoice | None:
-    """Return what is applied of the fit; None where no hard iron has two known directions."""
+    """Return the iron to apply; None where no hard iron has two known directions."""
     spans, groups = group_spans(ticks, spans)
     informative = None
     if groups and not single_iron:

@@ -1,4 +1,4 @@
-"""What is wrong with a magnetometer's samples before anything is fitted."""
+"""Faults of a magnetometer's samples that are found before any fit."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def describe_stuck_axes(mag: Floats) -> tuple[str, ...]:
 
 
 def find_clipped(mag: Floats, gyro: Floats) -> tuple[Booleans, list[str], list[str]]:
-    """Return which samples are at the end of the range, and what is wrong and to be noted of it.
+    """Return the mask of samples at the end of the range, with problems and notes about them.
 
     An axis that stays at its largest or smallest reading while the sensor turns and others change
     is at the end of its range.

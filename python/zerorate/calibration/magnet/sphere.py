@@ -49,7 +49,7 @@ class Sphere:
 
     @property
     def applied(self) -> bool:
-        """Whether it more than halves the scatter of the field's size."""
+        """True if the sphere more than halves the scatter of the field's size."""
         return self.covered and self.left < _MAX_SCATTER_RATIO * self.raw
 
 

@@ -41,7 +41,7 @@ _ITERATIONS: Final = 60
 
 @dataclass(frozen=True)
 class RateTableAxis:
-    """What one axis of a gyro makes of angular rate, and how well that is known.
+    """Response of one gyro axis to angular rate, with standard errors.
 
     ``output = bias + scale w + cross w' + quadratic w^2 + cubic w^3 + asymmetry |w|``. A term that
     was not chosen is zero, not identifiable, and has a bound.
@@ -392,7 +392,7 @@ def _scale_coefficients(
 
 
 def _inflation(fit: _Fit, sigma_known: bool) -> float:
-    """Return what standard errors are multiplied by."""
+    """Return the factor by which standard errors are multiplied."""
     return math.sqrt(max(fit.chi_squared, 1.0) if sigma_known else fit.chi_squared)
 
 
@@ -431,7 +431,7 @@ def _choose_terms(table: _Table, largest: float) -> tuple[Term, ...]:
 
 
 def _has_significant_terms(table: _Table, terms: Sequence[Term], largest: float) -> bool:
-    """Whether each term is larger than two standard errors."""
+    """Return True if each term is larger than two standard errors."""
     fit = _fit_terms(table, terms, largest)
     if fit is None:
         return False
@@ -480,7 +480,7 @@ def _nonlinearity(table: _Table, largest: float) -> float:
 
 
 def _bend(axis: RateTableAxis, w: Floats, largest: float) -> Floats:
-    """Return what the terms add to the line, beyond the largest rate by their tangent."""
+    """Return the sum of the terms beyond the line, above the largest rate by its tangent."""
     inside = np.clip(w, -largest, largest)
     c2, c3, a = float(axis.quadratic), float(axis.cubic), float(axis.asymmetry)
     slope = 2.0 * c2 * inside + 3.0 * c3 * inside**2 + a * np.sign(inside)

@@ -37,7 +37,7 @@ _FULL_TURNS: Final = {"rad": 2.0 * math.pi, "deg": 360.0}
 
 @dataclass(frozen=True)
 class FittedRate(Result):
-    """What a gyro makes of the rate of a reference: ``z(t) = scale w(t - lag) + bias``.
+    """Fit of a gyro to the rate of a reference: ``z(t) = scale w(t - lag) + bias``.
 
     Attributes
     ----------
@@ -208,7 +208,7 @@ def _parse_channel(name: str, channel: npt.ArrayLike | Log) -> Floats:
 def _unit_factor(
     z: npt.ArrayLike | Log, reference: npt.ArrayLike | Log, *, is_angle: bool
 ) -> float:
-    """Return what a reference is multiplied by to be in the unit of the gyro."""
+    """Return the factor from the unit of a reference to that of the gyro."""
     if (
         not isinstance(z, Log)
         or not isinstance(reference, Log)
@@ -317,7 +317,7 @@ class _Windows:
 
 
 def _total_rotation(angle: Floats, width: int) -> Floats:
-    """Return what windows turn by in both directions together, as far as their pieces tell."""
+    """Return the rotation of windows, summed over both directions, as their pieces resolve it."""
     finite, index = np.isfinite(angle), np.arange(angle.size)
     whole = np.interp(index, index[finite], angle[finite])
     edges = np.unique(np.linspace(0, width, _WINDOW_PIECES + 1).round().astype(np.int64))

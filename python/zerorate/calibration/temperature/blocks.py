@@ -113,7 +113,7 @@ def _block_means(values: Floats, number: Integers, counts: Integers) -> Floats:
 
 
 def find_still_samples(rates: Floats, rate: float) -> Booleans:
-    """Return which samples are at rest, shape (n,), from rates of shape (n, k).
+    """Return the mask of samples at rest, shape (n,), from rates of shape (n, k).
 
     Those of windows of half a second in which no axis varies about a straight line with five times
     the variance that it has at rest, nor in a window beside them. A constant turn is as quiet as a

@@ -39,7 +39,7 @@ _TINY: Final = float(np.finfo(float).tiny)
 
 
 class Fit(NamedTuple):
-    """What was found of one axis.
+    """Fit of one axis.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def powers(temperature: Floats, reference: float) -> Floats:
 
 
 def fit_axes(blocks: Blocks, reference: float, max_degree: int) -> list[Fit]:
-    """Return what each axis shows.
+    """Return the fit of each axis.
 
     Notes
     -----
@@ -192,7 +192,7 @@ class _WhitenedColumns:
         return np.asarray(np.maximum(left, np.maximum(_ROUNDING * largest, _TINY)))
 
     def is_regular(self, on: list[int]) -> bool:
-        """Whether columns are independent of each other."""
+        """Return True if columns are linearly independent."""
         A = self.products[:, on][:, :, on]
         scale = np.sqrt(np.diagonal(A, axis1=1, axis2=2))
         if not (scale > 0.0).all():

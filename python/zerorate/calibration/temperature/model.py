@@ -52,7 +52,7 @@ _ONE_SIDED_95_Z: Final = 1.6448536269514722
 
 
 class TemperatureBias(NamedTuple):
-    """What a model predicts at a temperature.
+    """Bias that a model predicts at a temperature.
 
     Parameters
     ----------
@@ -250,7 +250,7 @@ class TemperatureModel(Result):
 
     @property
     def time_separable(self) -> bool:
-        """Whether temperature and time can be told apart: their correlation is 0.95 at most."""
+        """True if temperature and time can be distinguished: their correlation is 0.95 at most."""
         return abs(self.time_correlation) <= _MAX_TIME_CORRELATION
 
     @property
@@ -293,7 +293,7 @@ class TemperatureModel(Result):
         return TemperatureBias(value, sigma, extrapolated)
 
     def _rows(self, T: Floats) -> Floats:
-        """Return what the coefficients are multiplied by: powers, or their tangent."""
+        """Return the regressors of the coefficients: powers, or their tangent."""
         inside, beyond = self._parts(T)
         rows = powers(inside, self.reference)
         if beyond.any():
@@ -501,7 +501,7 @@ def _resample_temperature(z: Log, temperature: Log) -> _ThermometerReading:
 
 
 def _read_thermometer(time: Floats, temperature: Floats) -> _ThermometerReading:
-    """Return what a thermometer has shown, without what it cannot have, on its own clock."""
+    """Return the readings of a thermometer on its own clock, without impossible values."""
     possible, outlier_count = remove_leaps(time, mask_impossible(temperature))
     filled = hold_last(possible)
     if not np.isfinite(filled).all():

@@ -128,7 +128,7 @@ class CausalClock:
 
     @property
     def times(self) -> bool:
-        """Whether steps hold times."""
+        """True if steps hold times."""
         return self._times
 
     @property
@@ -172,7 +172,7 @@ class CausalClock:
         return _REGULAR_STEP if self._dt is None else Step(0, self._dt, math.nan)
 
     def sentences(self) -> Iterator[str]:
-        """Yield what was mended, and how often."""
+        """Yield the corrections, with their counts."""
         off = f"how long the clock was off is not known, {RESTART_GAP_S:g} s are taken as missing"
         lost = f"{count_noun(self.missing_count, 'sample')} taken as missing"
         for count, noun, done in (
@@ -273,7 +273,7 @@ class CausalClock:
             self.missing_count += times * missing
 
     def _has_evidence(self) -> bool:
-        """Whether enough rows have come to judge those that are undecided."""
+        """Return True if enough rows have arrived to decide on the open ones."""
         rows = len(self._open)
         if self._learning:
             return rows >= self._learning
@@ -284,7 +284,7 @@ class CausalClock:
         return self._quiet >= WINDOW_ROWS and self._is_level()
 
     def _is_level(self) -> bool:
-        """Whether the last stamps are as even as those before the doubt."""
+        """Return True if the last stamps are as even as those before the doubt."""
         before, after = self._lates[: self._mark[3]][-WINDOW_ROWS:], self._lates[-WINDOW_ROWS:]
         usual = max(before) - min(before) if before else 0.0
         return max(after) - min(after) <= usual + 0.5 * self.period
@@ -362,7 +362,7 @@ class CausalClock:
             missing[gaps] = max(0.0, np.rint((levels[1] - levels[0]) / self.period))
 
     def _decide_by_blocks(self) -> list[list[Any]]:
-        """Return what `_decide_gaps` does, for long blocks by their latest stamps."""
+        """Return the result of `_decide_gaps` for long blocks, by their latest stamps."""
         if any(jump < 0.0 for *_, jump in self._open):
             return [row[2:] for row in self._open]
         period, late_count = self.period, self._mark[3]

@@ -67,7 +67,7 @@ def _fit_steady_clock(stamps: Floats, start: float) -> _SteadyClock | None:
 
 
 def _stamp_resolution(start: float, last: float) -> float:
-    """Return what stamps tell at best, s: the first one bounds the precision of the others."""
+    """Return the resolution of stamps, s: the first one bounds the precision of the others."""
     return float(4 * np.finfo(np.float64).eps * (abs(start) + abs(last)))
 
 

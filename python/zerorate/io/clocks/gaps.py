@@ -26,7 +26,7 @@ MAX_ROWS = 1_000_000_000
 
 
 def count_missing(stamps: Floats, period: float) -> Floats:
-    """Return how many samples are missing in each step of the stamps, shape (n - 1,).
+    """Return the number of missing samples in each step of the stamps, shape (n - 1,).
 
     Raises
     ------
@@ -38,7 +38,7 @@ def count_missing(stamps: Floats, period: float) -> Floats:
 
 
 def _count_at_long_steps(stamps: Floats, period: float) -> Floats:
-    """Return how many samples are missing in each step, shape (n - 1,)."""
+    """Return the number of missing samples in each step, shape (n - 1,)."""
     missing = np.zeros(len(stamps) - 1)
     long = np.flatnonzero(np.diff(stamps) > LONG_STEP_PERIODS * period)
     if long.size:

@@ -63,7 +63,7 @@ class Grid:
         )
 
     def agrees_with(self, rate: float) -> bool:
-        """Whether a rate that somebody has stated is that of the stamps."""
+        """Return True if a rate that somebody has stated is that of the stamps."""
         return abs(self.report.rate / rate - 1) <= RATE_TOLERANCE
 
     def at_rate(self, rate: float | None) -> Grid:

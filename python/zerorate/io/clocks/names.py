@@ -46,12 +46,12 @@ _ORIGIN_END: Final = re.compile(_ORIGIN + "$")
 
 
 def looks_like_time(name: str) -> bool:
-    """Whether a column of this name holds timestamps."""
+    """Return True if a column of this name holds timestamps."""
     return bool(_TIME_NAME.match(to_snake_case(name)))
 
 
 def may_be_time(name: str) -> bool:
-    """Whether a column of this name holds timestamps if no other does and its values rise.
+    """Return True if a column of this name, if its values rise, may hold timestamps.
 
     What stands in a unit of time in brackets may, whatever its name: ``X[s]``.
     """
@@ -59,7 +59,7 @@ def may_be_time(name: str) -> bool:
 
 
 def has_time_name(name: str) -> bool:
-    """Whether a column of this name holds timestamps, for certain or perhaps."""
+    """Return True if a column of this name holds timestamps, for certain or perhaps."""
     return looks_like_time(name) or may_be_time(name)
 
 

@@ -48,7 +48,7 @@ _SHORT_RUN: Final = 3
 
 
 def find_repeats(values: Floats, before: Floats | None = None) -> Booleans:
-    """Return which rows (n, k) repeat the one before; the first is compared with one given."""
+    """Return the mask of rows (n, k) that repeat the row before; `before` precedes the first."""
     repeats = np.zeros(len(values), np.bool_)
     repeats[1:] = _are_equal(values[1:], values[:-1])
     if before is not None:
@@ -63,7 +63,7 @@ def _are_equal(rows: Floats, previous: Floats) -> Booleans:
 
 
 def find_rows_per_sample(values: Floats, indices: Integers) -> float | None:
-    """Return how many rows hold each sample, None unless the sensor is slower for certain.
+    """Return the number of rows per sample, None unless the sensor is certainly slower.
 
     ``indices`` is where the rows (n, k) stand on their own grid, shape (n,).
     """
@@ -80,7 +80,7 @@ def find_rows_per_sample(values: Floats, indices: Integers) -> float | None:
 
 
 def _is_even(first: Integers, rows_per_sample: float) -> bool:
-    """Whether runs are as long as samples are held: a pattern has its period too, but others."""
+    """Return True if runs are as long as samples are held; a pattern has other lengths."""
     off = np.abs(np.diff(first) - rows_per_sample)
     return bool((off <= max(_RUN_TOLERANCE_ROWS, rows_per_sample / 4)).mean() >= _MIN_EVEN_PART)
 
@@ -116,7 +116,7 @@ def _find_period(first: Integers) -> float | None:
 
 
 def _is_abrupt(values: Floats, repeats: Booleans) -> bool:
-    """Whether far more rows change by nothing at all than by the least step of each column.
+    """Return True if far more rows stay the same than change by the least step of each column.
 
     By chance no change is about as probable as one step up or one down in any of the columns.
     """

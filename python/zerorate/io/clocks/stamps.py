@@ -284,7 +284,7 @@ def _unwrap_midnights(seconds: Floats, name: str) -> tuple[Floats, str | None]:
 
 
 def _has_short_steps(seconds: Floats, row: int) -> bool:
-    """Whether rows before one are closer together than minutes."""
+    """Return True if rows before one are closer together than minutes."""
     steps = np.diff(seconds[max(0, row - _LEAP_WINDOW_ROWS) : row])
     return bool(steps.size and np.median(steps) < 60.0)
 

@@ -60,7 +60,7 @@ class _TimeParts(NamedTuple):
 
 
 def is_written_time(cell: str) -> bool:
-    """Whether a text is a time of day, maybe after a date."""
+    """Return True if a text is a time of day, maybe after a date."""
     parts = _split_time(cell)
     return parts is not None and _time_of_day_ns(parts) is not None
 
@@ -180,7 +180,7 @@ def unpack_times(numbers: npt.NDArray[Any]) -> npt.NDArray[np.float64] | None:
 
 
 def _spans_minutes(numbers: npt.NDArray[Any], per_second: float) -> bool:
-    """Whether numbers are within a day, and not all of one minute."""
+    """Return True if numbers are within a day, and not all of one minute."""
     smallest, largest = float(numbers.min()), float(numbers.max())
     minute = 100.0 * per_second
     return 0.0 <= smallest <= largest < 2_400.0 * minute and smallest // minute < largest // minute

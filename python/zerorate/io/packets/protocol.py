@@ -1,4 +1,4 @@
-"""What a form of packets is: bytes in, rows of numbers out, and what is damaged told."""
+"""Protocol of packets: bytes in, rows of numbers out, and reports of damage."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ class Buffer:
         self._skipped += count
 
     def report_damage(self, reason: str) -> Iterator[Damage]:
-        """Yield what there is to tell of the bytes between the last two packets."""
+        """Yield the damage in the bytes between the last two packets."""
         count, self._lost = self._lost, 0
         if count:
             are = "a byte is" if count == 1 else f"{count} bytes are"

@@ -192,7 +192,7 @@ _ESTIMATES: Final = ("ATT", "XKF1", "NKF1")
 
 
 def _kind(name: str) -> str:
-    """Return what kind of sensor messages are of: IMU2 and IMU3 are as IMU."""
+    """Return the kind of sensor of messages: IMU2 and IMU3 are as IMU."""
     return name[:3] if _NUMBERED_KIND.fullmatch(name) or name in ("XKQ1", "NKQ1") else name
 
 

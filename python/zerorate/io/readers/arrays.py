@@ -173,7 +173,7 @@ def _raise_length_error(arrays: Sequence[tuple[str, LazyArray]]) -> NoReturn:
 
 
 def find_metadata(arrays: Mapping[str, LazyArray]) -> Metadata:
-    """Return what the scalars among some arrays say."""
+    """Return the metadata in the scalars among some arrays."""
     rate_name = next((name for name in ("rate", *_RATE_NAMES) if name in arrays), "rate")
     rate = _find_scalar(arrays, rate_name, "fiu")
     unit = _find_scalar(arrays, "unit", "U")

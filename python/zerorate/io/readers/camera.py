@@ -80,7 +80,7 @@ def _make_table(names: tuple[str, ...], columns: Sequence[Column], meta: Metadat
 
 
 class Sensor(NamedTuple):
-    """What is read of a sensor: names of columns, the first of times, and these."""
+    """Data of one sensor: names of columns, the first of times, and these."""
 
     sensor: str
     names: tuple[str, ...]

@@ -75,7 +75,7 @@ class Message:
     selected_rows: Integers | None = None
 
     def __contains__(self, name: object) -> bool:
-        """Whether there is a field of a name."""
+        """Return True if there is a field of a name."""
         return name in self.names
 
     def __getitem__(self, name: str) -> Column:

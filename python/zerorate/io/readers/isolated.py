@@ -35,7 +35,7 @@ _CPU_LIMIT_CODE: Final = -int(getattr(signal, "SIGXCPU", 0))
 
 
 def run_isolated(work: str, path: Path, *arguments: Any) -> tuple[Any, list[Column]]:  # noqa: ANN401
-    """Return what a function of `isolated_worker` tells of a file, and its arrays.
+    """Return the answer of a function of `isolated_worker` on a file, and its arrays.
 
     Raises
     ------
@@ -155,7 +155,7 @@ def _start_process() -> subprocess.Popen[bytes]:
 def _exchange(
     process: subprocess.Popen[bytes], request: bytes
 ) -> tuple[dict[str, Any], list[Column]]:
-    """Return what a process answers; EOFError if it ends."""
+    """Return the answer of a process; EOFError if it ends."""
     assert process.stdin is not None
     assert isinstance(process.stdout, BufferedReader)
     try:

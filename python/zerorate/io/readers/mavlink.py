@@ -238,7 +238,7 @@ def _find_frames(raw: bytes) -> tuple[dict[tuple[int, int], list[tuple[int, int,
 
 
 def _find_end(raw: bytes, begin: int) -> int:
-    """Return where a packet ends, 0 where none begins."""
+    """Return the end of a packet, 0 where none begins."""
     if begin + _V2_HEAD_BYTES > len(raw):
         return 0
     if raw[begin] == _V1:

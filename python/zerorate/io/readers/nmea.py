@@ -41,7 +41,7 @@ _COLUMNS: Final = (
 
 
 def looks_like_nmea(head: bytes) -> bool:
-    """Whether the beginning of a file has a sentence of NMEA 0183 on one of its lines."""
+    """Return True if the beginning of a file has a sentence of NMEA 0183 on one of its lines."""
     return _ANY_SENTENCE.search(head) is not None
 
 
@@ -65,7 +65,7 @@ FORMAT: Final = Format(
 
 @dataclass
 class _Epoch:
-    """What the sentences of one moment tell: the time of the day, s, and by ``values`` the rest."""
+    """Sentences of one moment: the time of the day, s, and by ``values`` the rest."""
 
     seconds: float
     day: int | None = None

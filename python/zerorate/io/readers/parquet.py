@@ -123,7 +123,7 @@ class RowGroupWriter:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *fault: object) -> None:
-        """Write what waits, unless something went wrong, and close the file."""
+        """Write the pending rows, unless something went wrong, and close the file."""
         try:
             if kind is None and self._pending:
                 self._write_group()

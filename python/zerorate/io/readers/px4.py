@@ -139,7 +139,7 @@ def _fixes(fields: _Fields) -> _Columns:
 
 
 def _make_vector_reader(field: str, name: str) -> Callable[[_Fields], _Columns]:
-    """Return what reads three axes, and the temperature of their sensor where it is told."""
+    """Return a reader of three axes, and of their sensor's temperature where it is logged."""
 
     def columns(fields: _Fields) -> _Columns:
         values = _vector(fields, field, name)

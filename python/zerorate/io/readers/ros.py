@@ -114,7 +114,7 @@ def list_topics(path: Path) -> list[dict[str, Any]]:
 
 
 def _absent(path: Path, topic: str) -> list[str]:
-    """Return which half of a topic's messages is marked as absent, or zero in all of them."""
+    """Return the half of a topic's messages that is marked as absent, or zero in all of them."""
     with _open_reader(path) as reader:
         on_topic = [c for c in reader.connections if c.topic == topic and _is_imu(c)]
         decoded, seen = _decoder_of(path), [False, False]

@@ -40,7 +40,7 @@ _MAX_ARRAY_NUMBERS: Final = 36
 
 
 class MessagePlan(NamedTuple):
-    """Where the numbers of a type of messages stand.
+    """Positions of the numbers in a type of messages.
 
     ``stamp`` leads to the time of a header; it is None where there is none, and the time is that of
     reception.
@@ -52,7 +52,7 @@ class MessagePlan(NamedTuple):
 
     @property
     def has_gyro(self) -> bool:
-        """Whether any of the numbers is of a gyro."""
+        """True if any of the numbers is of a gyro."""
         return any(map(looks_like_gyro, self.names))
 
 

@@ -166,7 +166,7 @@ def labelled(raw: bytes) -> Content | None:
 
 
 def _words_of_sensors(cells: list[str]) -> bool:
-    """Whether cells have few words, and that of a sensor among them."""
+    """Return True if cells have few words, and that of a sensor among them."""
     words = set(cells)
     texts = all(re.match(r"[$<\[]?[A-Za-z]", cell) and not is_value(cell) for cell in words)
     return texts and len(words) <= _MAX_INSTANCES and any(map(_kind_of, words))
@@ -292,7 +292,7 @@ def _split_instances(table: Table, label: str) -> dict[str, Table]:
 
 
 def _is_instance_column(table: Table, index: int, name: str) -> bool:
-    """Whether a column of this name holds the numbers of sensors that take turns."""
+    """Return True if a column of this name holds the numbers of sensors that alternate."""
     words = set(words_of(name))
     if not words or not words <= _INSTANCE_WORDS:
         return False

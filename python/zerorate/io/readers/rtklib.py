@@ -59,7 +59,7 @@ _UNSUPPORTED: Final = {
 
 
 def looks_like_rtklib(head: bytes) -> bool:
-    """Whether the beginning of a file has the header or a row of a solution."""
+    """Return True if the beginning of a file has the header or a row of a solution."""
     return _SOLUTION_START.search(head) is not None
 
 
