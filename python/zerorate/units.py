@@ -18,7 +18,7 @@ __all__ = ["UNITS", "Unit", "canonical", "convert", "kind", "whole_samples"]
 
 
 def __dir__() -> list[str]:
-    """Show what is public."""
+    """Return the public names."""
     return __all__
 
 
@@ -169,7 +169,7 @@ def canonical(unit: str) -> str:
 
 
 def kind(unit: str) -> str:
-    """Return what a unit measures, ``"rate"`` or ``"angle random walk"`` for instance.
+    """Return the kind of a unit, ``"rate"`` or ``"angle random walk"`` for instance.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ _REGISTRARS: list[str] = []
 
 
 def add_registrar(module: str) -> None:
-    """Say which module registers views; it is imported when the first one is asked for."""
+    """Add a module that registers views; it is imported at the first request for one."""
     _REGISTRARS.append(module)
 
 
@@ -133,12 +133,12 @@ def _load_function(target: str) -> Any:  # noqa: ANN401
 
 
 class Result:
-    """What a person gets back: `table`, `plot` and `str` are alike for every result."""
+    """Base of results: `table`, `plot` and `str` work the same for every result."""
 
     __slots__ = ()
 
     def table(self) -> str:
-        """Return what was found as text, for a terminal or a page."""
+        """Return the result as text, for a terminal or a page."""
         return table_of(self)
 
     def plot(self) -> Figure:
@@ -203,5 +203,5 @@ class Result:
         return self.table()
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: the table and the figure, small."""
+        """Return the view in a notebook: the table and the figure, small."""
         return html_of(self)

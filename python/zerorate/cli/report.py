@@ -35,7 +35,7 @@ def report(
     output: Output = ".",
     force: Force = False,
 ) -> None:
-    """Tell what is seen of the IMU of a log: clock, samples, noise, vibration, axes, attitude.
+    """Report on the IMU of a log: clock, samples, noise, vibration, axes, attitude.
 
     Writes a page (HTML) that needs no network, and all findings as JSON; prints a paragraph. Of two
     logs it tells what is new, gone, worse, better or different, side by side.

@@ -60,7 +60,7 @@ def walk(
     fix: Fix = False,
     written: LogAndFigure,
 ) -> None:
-    """Find where a sensor on a foot went: no receiver, but now and then the foot stands.
+    """Find the track of a sensor on a foot, without a receiver: now and then the foot stands.
 
     Writes place, velocity and orientation with their standard deviations, and a figure; with --at
     the track for maps. Prints how far it went, where it ends, and the strides in numbers.

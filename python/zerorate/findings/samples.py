@@ -206,7 +206,7 @@ def _check_equal_samples(sensor: Sensor, steps: Sequence[float]) -> Iterator[Fin
 
 
 def _usual_repeat_share(same: Booleans, first: int, length: int, rate: float) -> float:
-    """Return how often samples repeat outside a run: in the mean, or in the worst seconds."""
+    """Return the share of repeated samples outside a run: the mean, or that of the worst second."""
     outside = np.concatenate([same[:first], same[first + length - 1 :]])
     block = max(1, round(rate))
     seconds = outside[: len(outside) // block * block].reshape(-1, block)

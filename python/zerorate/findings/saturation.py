@@ -147,7 +147,7 @@ def _has_corners(plateaus: _Plateaus, quantum: float) -> bool:
 
 
 def _has_long_run(column: Floats, plateaus: _Plateaus, quantum: float) -> bool:
-    """Whether a run is longer than chance makes it as often as neighbours are equal elsewhere."""
+    """Return True if a run is longer than chance allows, by the equal neighbours elsewhere."""
     length = int(plateaus.length.max())
     smallest = np.nanmin(column)
     same = np.abs(np.diff(column)) < 0.5 * quantum

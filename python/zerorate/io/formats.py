@@ -245,7 +245,7 @@ def find_format(file: Path) -> Format:
 
 
 def _is_text_table(file: Path) -> bool:
-    """Whether a file of another suffix, such as ``.log``, is a text with lines of numbers."""
+    """Return True if a file of another suffix, such as ``.log``, has lines of numbers."""
     with file.open("rb") as opened_file:
         head = opened_file.read(1 << 12)
     is_binary = find_binary_format(head) is not None

@@ -162,7 +162,7 @@ class Format:
     matches_head: Callable[[bytes], bool] | None = None
 
     def fits(self, head: bytes) -> bool:
-        """Whether a file of this format may begin so; False for text, which any bytes may be."""
+        """Return True if a file of this format may begin so; False for text."""
         return head.startswith(self.signatures) or (
             self.matches_head is not None and self.matches_head(head)
         )

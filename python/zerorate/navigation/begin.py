@@ -365,7 +365,7 @@ class _Search:
         return self._find_start(clock), clock, clock, sentence
 
     def _takes_arm(self, clock: TimeOffset) -> bool:
-        """Whether nothing states the antenna's place, or the clock, and both were found."""
+        """Return True if clock and antenna were found, and either was not stated."""
         free = self.vehicle.antenna_sigma > _STATED_SIGMA_M and "antenna_sigma" not in self.options
         return free and clock.antenna is not None and self.vehicle.offset_source != "argument"
 

@@ -87,7 +87,7 @@ def find_time_offset(
     time_offset: float = 0.0,
     **options: Any,  # noqa: ANN401
 ) -> TimeOffset:
-    """Find what is to be added to the times of the fixes, and where the antenna is.
+    """Find the offset to add to the times of the fixes, and the antenna's position.
 
     The offsets of positions and velocities, the rate of both, and the antenna's place, by which a
     filter's innovations are the smallest, with their standard deviations.

@@ -58,7 +58,7 @@ def find_start(
     time_offset: float | TimeOffset = 0.0,
     **options: Any,  # noqa: ANN401
 ) -> Alignment:
-    """Find where a filter may begin, from whatever a recording holds: at rest or in motion.
+    """Find the start of a filter from a recording's contents: at rest or in motion.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ def _fill_sigma(sigma: Floats | None, default: float) -> Floats | float:
 
 @dataclass(frozen=True, eq=False)
 class Events:
-    """What a filter is given of m fixes, in the order of their times.
+    """Events of m fixes for a filter, in the order of their times.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ class Events:
 
     @property
     def is_joint(self) -> bool:
-        """Whether a fix is one event."""
+        """True if a fix is one event."""
         return self.position is self.velocity
 
     def to_rows(self) -> Floats:
@@ -92,7 +92,7 @@ class Events:
         return rows
 
     def merge(self, outputs: dict[str, Any]) -> dict[str, Any]:
-        """Return what a filter says of each event as of each fix, whose position counts."""
+        """Return the filter's outputs per fix, from those per event; the position's counts."""
         if self.is_joint:
             return outputs
         own = {name: outputs[name][self.position] for name in ("verdict", "taken")}

@@ -148,7 +148,7 @@ def _fill_sigma(sigma: Floats | None, default: float, fixes: Fixes) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class _MemberRun:
-    """What a member has shown up to each fix: log-likelihood, heading and its deviation."""
+    """Log-likelihood, heading and its standard deviation of a member, up to each fix."""
 
     likelihood: Floats
     heading: Floats

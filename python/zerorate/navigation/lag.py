@@ -56,7 +56,7 @@ class Lag:
 
 
 def is_rate(slope: float, factor: float = 1.4) -> bool:
-    """Whether a slope is that of a rate in some unit, within a factor."""
+    """Return True if a slope is that of a rate in some unit, within a factor."""
     units = (1.0, _DEG_PER_RAD, 1.0 / _DEG_PER_RAD)
     return any(0.98 / factor < abs(slope) * unit < factor for unit in units)
 

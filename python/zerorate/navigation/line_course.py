@@ -92,7 +92,7 @@ class LineVelocities:
 
 @dataclass(frozen=True, eq=False)
 class LineCourse:
-    """How a course by lines turns, the gyro's angle as such lines have it, and their lag."""
+    """Course rate from straight lines, the gyro's angle over the same lines, and their lag."""
 
     windows: Windows
     rotation: RotationAngle
@@ -140,7 +140,7 @@ def _widths(fixes: Fixes) -> Iterator[float]:
 
 
 def _turns(lines: LineVelocities) -> tuple[Windows, Floats]:
-    """Return how the course turns from each line to the one a width later."""
+    """Return the change of course from each line to the one a width later."""
     v, sigma, time = lines.velocity, lines.sigma, lines.time
     speed = np.maximum(np.hypot(*v.T), 1e-9)
     course, spread = np.arctan2(v[:, 1], v[:, 0]), sigma / speed

@@ -164,7 +164,7 @@ class Outages(Result):
         raise KeyError(seconds)
 
     def __repr__(self) -> str:
-        """Say how many there are of each length, and what the filter's errors are."""
+        """Return the number of outages of each length, and the filter's errors."""
         parts = (
             f"{errors.n} of {errors.seconds:g} s: {errors.rms():.3g} m rms"
             for errors in self.lengths
@@ -188,7 +188,7 @@ def outages(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Outages:
-    """Return how far a navigation filter is off after outages of the receiver.
+    """Return the errors of a navigation filter after outages of the receiver.
 
     Fixes are withheld, and the filter's track compared with them. Beside it stand a position and a
     velocity that are held from the last fix on: on a slow platform these may be better.
@@ -411,7 +411,7 @@ class _WithheldFixes:
     skipped_count: int
 
     def mask(self, n: int) -> Booleans:
-        """Return which of n fixes are withheld."""
+        """Return the mask of the fixes, out of n, that are withheld."""
         mask = np.zeros(n, dtype=np.bool_)
         mask[self.fixes] = True
         return mask
@@ -440,7 +440,7 @@ class _FixSpan:
         return cls(gnss, float(gnss.time[until[-1]]), float(gnss.time[inside[-1]]))
 
     def withhold(self, length: float, first: float, between: float) -> _WithheldFixes:
-        """Return what is withheld in outages of a length."""
+        """Return the fixes that are withheld in outages of a length."""
         time, begin = self.gnss.time, self.begin + first
         count = (
             math.floor((self.last + _TIME_TOLERANCE_S - begin - length) / (length + between)) + 1
@@ -570,7 +570,7 @@ def _pose_getter(track: Track) -> _PoseGetter:
 def _antenna_errors(
     clock: Floats, poses: _PoseGetter, time: Floats, truth: Floats, lever: Floats
 ) -> Floats:
-    """Return how far north and east of the truth an antenna is at some times."""
+    """Return the errors of an antenna's position, north and east, at some times."""
     after = np.clip(np.searchsorted(clock, time), 1, len(clock) - 1)
     before = after - 1
     part = ((time - clock[before]) / (clock[after] - clock[before]))[:, np.newaxis]

@@ -1,4 +1,4 @@
-"""What sensors and receiver say of each other: units, signs, axes, clocks, before any filter."""
+"""Checks of sensors and receiver against each other, before any filter: units, axes, clocks."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _MAX_MOUNT_SIGMA_RAD: Final = math.radians(10.0)
 
 @dataclass(frozen=True, eq=False)
 class NavigationFinding:
-    """What one step of a check has found.
+    """Finding of one step of a check.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class NavigationFinding:
 
 @dataclass(frozen=True, eq=False)
 class NavigationChecks:
-    """What sensors and receiver say of each other, as `check_navigation` returns it.
+    """Findings on sensors and receiver, as `check_navigation` returns them.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ class NavigationChecks:
 
     @property
     def mistakes(self) -> tuple[NavigationFinding, ...]:
-        """What is wrong beyond doubt."""
+        """Mistakes beyond doubt."""
         return tuple(finding for finding in self.findings if finding.status == "mistake")
 
     def __str__(self) -> str:
@@ -116,7 +116,7 @@ class NavigationChecks:
         return "\n".join(lines) or "sensors and fixes agree"
 
     def __repr__(self) -> str:
-        """Say how many mistakes there are."""
+        """Return the number of mistakes, and the lag."""
         return f"NavigationChecks({len(self.mistakes)} mistakes, lag {self.lag:.2f} s)"
 
 
@@ -206,7 +206,7 @@ class _CheckState:
         self.down = -mean / max(float(np.linalg.norm(mean)), 1e-9)
 
     def find_course(self) -> tuple[Windows, RotationAngle, Lag | None, float]:
-        """Return how course and gyro turn, their lag, and how far the course turns in all, rad."""
+        """Return the rotations of course and gyro, their lag, and the course's total, rad."""
         if not Epochs.of(self.fixes).is_reported:
             course = find_line_course(self.means, self.fixes, self.down)
             if course is not None:
@@ -369,7 +369,7 @@ def _check_clock(work: _CheckState) -> _Findings:
 
 
 def _is_one_jump(lags: Floats) -> bool:
-    """Whether two pieces or more have one lag, and all that follow another."""
+    """Return True if two pieces or more have one lag, and all that follow another."""
     jumps = np.flatnonzero(np.abs(np.diff(lags)) > _MIN_LAG_S)
     return jumps.size == 1 and 1 <= jumps[0] <= len(lags) - 3
 
@@ -394,7 +394,7 @@ def _check_gyro(work: _CheckState) -> _Findings:
 
 
 def _check_swap(work: _CheckState) -> _Findings:
-    """Which is exchanged, the velocities or the positions: the right one turns as the gyro does."""
+    """Yield the sensor that is exchanged, velocity or position: the other one turns as the gyro."""
     if not work.is_swapped:
         return
     lag = work.lag
@@ -411,7 +411,7 @@ def _check_swap(work: _CheckState) -> _Findings:
 
 
 def _check_handedness(work: _CheckState) -> _Findings:
-    """Whether axes are right-handed, and the signs of gyro and force."""
+    """Yield faults of handedness, and of the signs of gyro and force."""
     lag = work.lag
     if lag is None or not lag.certain:
         return

@@ -63,7 +63,7 @@ class Inputs:
 
 
 class SmoothableTrack:
-    """What every track has: places over time, and the steps that a smoother goes back over."""
+    """Track with the steps that a smoother needs to go back over it."""
 
     time: Floats
     position: Floats
@@ -81,7 +81,7 @@ class SmoothableTrack:
 
     @property
     def navigating(self) -> Booleans:
-        """Where the position is known, shape (n,)."""
+        """Mask of known positions, shape (n,)."""
         known: Booleans = np.isfinite(self.position[:, 0])
         return known
 
@@ -388,7 +388,7 @@ def _describe_moves(before: NavigationFilter, nav: NavigationFilter) -> Iterator
 
 
 def _describe_constants(before: NavigationFilter, nav: NavigationFilter) -> Iterator[str]:
-    """Say where the antenna is and what the wheels are like, where that was estimated."""
+    """Describe the estimated antenna position and wheel scale."""
     if before.antenna_sigma.any():
         fitted = ", ".join(map(format_with_error, nav.antenna, nav.antenna_sigma))
         stated = ", ".join(f"{x:g}" for x in before.antenna)
@@ -413,7 +413,7 @@ def _describe_constants(before: NavigationFilter, nav: NavigationFilter) -> Iter
 
 
 def explain_no_start(track: Track) -> str:
-    """Return why a filter did not begin to navigate."""
+    """Return the reason why a filter did not begin to navigate."""
     fixes, time = track.fixes[:, 0], track.time
     if not len(fixes) or not len(time):
         return "there are no fixes" if len(time) else "there are no samples"
@@ -436,7 +436,7 @@ def explain_no_start(track: Track) -> str:
 def smooth_steps(
     steps: NavigationRecord | Steps | None, smoothed: bool, deviations: bool = True
 ) -> Steps:
-    """Return what the smoother says of the steps of a track; ValueError if there are none."""
+    """Return the smoother's result on the steps of a track; ValueError if there are none."""
     if smoothed:
         raise ValueError("this track is smoothed")
     if steps is None:

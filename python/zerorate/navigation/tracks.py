@@ -24,7 +24,7 @@ from zerorate.types import Floats
 
 
 class TrackLike(Protocol):
-    """What has times, s, shape (n,), and positions, deg, deg and m, shape (n, 3)."""
+    """Object with times, s, shape (n,), and positions, deg, deg and m, shape (n, 3)."""
 
     @property
     def time(self) -> Floats:

@@ -1,4 +1,4 @@
-"""What wheels tell, at times of their own: speeds, or counts of ticks that speeds are made of."""
+"""Wheels as sensors with times of their own: speeds, or counts of ticks."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class Wheels:
             object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:
-        """Return how many there are."""
+        """Return the number of speeds, and the size of a tick."""
         ticks = "" if self.tick is None else f", of ticks of {self.tick:.4g} m"
         return f"Wheels({np.isfinite(self.speed).sum()} speeds{ticks})"
 

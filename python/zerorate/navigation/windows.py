@@ -103,7 +103,7 @@ class Epochs:
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """How a receiver moves over m windows that overlap by half.
+    """Motion of a receiver over m windows that overlap by half.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ class Windows:
 
     @property
     def course_known(self) -> Booleans:
-        """Where the course is known."""
+        """Mask of windows with a known course."""
         mask: Booleans = np.isfinite(self.course_rate)
         return mask
 

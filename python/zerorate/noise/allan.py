@@ -149,7 +149,7 @@ def _check_record(z: npt.ArrayLike | Log) -> npt.NDArray[np.generic]:
 
 
 def _count_missing(record: npt.NDArray[np.generic]) -> Integers:
-    """Return how many samples each axis lacks, shape (k,), if none lacks all of them."""
+    """Return the number of samples that each axis lacks, shape (k,), if none lacks all of them."""
     present = np.isfinite(record).reshape(len(record), -1)
     if present.all():
         return np.zeros(present.shape[1], dtype=np.int64)

@@ -86,12 +86,12 @@ class Characterisation:
 
     @property
     def moved(self) -> tuple[bool, ...]:
-        """Whether each axis looks as if the sensor moved: all do where most do."""
+        """Mask of axes with signs of motion: all axes where most have them."""
         return tuple(doubt.moved for doubt in self.curve.doubts)
 
     @property
     def notes(self) -> Iterator[str]:
-        """What to beware of, a sentence each."""
+        """Warnings, a sentence each."""
         yield from (doubt_entry.why for doubt_entry in self.curve.doubts if doubt_entry.why)
         yield from self.curve.notes
         yield from dict.fromkeys(doubt for axis in self.axes for doubt in axis.doubts)

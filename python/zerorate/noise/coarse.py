@@ -39,7 +39,7 @@ _ONE_SIDED_95: Final = 1.6448536269514722
 
 @dataclass(frozen=True)
 class Coarse:
-    """What samples tell whose steps are wider than their noise.
+    """Noise of samples whose steps are wider than their noise.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class Coarse:
 
 
 def find_coarse(record: Floats, rate: float) -> Coarse | None:
-    """Return what a record of one axis tells if its steps are wider than its noise, else None."""
+    """Return the noise of a record of one axis if its steps are wider than its noise, else None."""
     present = record[np.isfinite(record)]
     step = find_step(present)
     if step == 0.0 or _local_deviation(present, rate) > _FINE_DEVIATION * step:
@@ -93,7 +93,7 @@ def describe_coarse(coarse: Coarse, rate: float, unit: str) -> str:
 
 
 def describe_rounding(record: Floats, rate: float) -> str:
-    """Return how much rounding adds to N where it is over 2 %, empty where it is not."""
+    """Return a note on the share of rounding in N where it is over 2 %, empty where it is not."""
     present = record[np.isfinite(record)]
     step = find_step(present)
     if step == 0.0:
@@ -161,7 +161,7 @@ def _deviation_of_counts(levels: Floats, rate: float) -> Coefficient:
 
 
 def _count_levels(levels: Floats, width: int) -> Floats:
-    """Return how often each level near the commonest occurs, shape (windows, 2 reach + 1)."""
+    """Return the counts of levels near the commonest, shape (windows, 2 reach + 1)."""
     counts = []
     for first in range(0, levels.size, width):
         window = levels[first : first + width]

@@ -90,12 +90,12 @@ class Coefficient(float):
 
     @property
     def identifiable(self) -> bool:
-        """Whether the record determines the coefficient; True for a given number."""
+        """True if the record determines the coefficient, or the number was given."""
         return self._identifiable
 
     @property
     def known(self) -> bool:
-        """Whether there is a value or at least a bound; False for one that nobody stated."""
+        """True if there is a value or at least a bound."""
         return math.isfinite(self._upper_bound)
 
     @property
@@ -137,7 +137,7 @@ class Coefficient(float):
         return type(self), (self.value, self._sigma, self._identifiable, self._upper_bound)
 
     def __repr__(self) -> str:
-        """Show how well it is known."""
+        """Return the value with its standard error, or the bound."""
         if not self.known:
             return "Coefficient(unknown)"
         if not self._identifiable:

@@ -51,7 +51,7 @@ class _Setting(NamedTuple):
 
     @property
     def doubt(self) -> str:
-        """Whether the number is a bound only."""
+        """Note on a number that is a bound only."""
         return "" if self.identifiable else "; upper bound, the record does not determine it"
 
 
@@ -128,7 +128,7 @@ class _Estimator:
 
 
 def list_undetermined(model: "NoiseModel", walk: bool = True) -> tuple[str, ...]:
-    """Return which coefficients of estimators a record does not determine, and what to record."""
+    """Return the undetermined coefficients of estimators, and advice for the next record."""
     return tuple(
         f"{term_of(model.quantity, field).name}: {_RECORDING_ADVICE[field]}"
         for field in (_FIELDS if walk else _FIELDS[:1])

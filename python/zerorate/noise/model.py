@@ -151,7 +151,7 @@ class NoiseModel(Result):
 
     @property
     def band(self) -> str:
-        """What is known of the band of the coefficients, in words; empty for the whole of it."""
+        """Band of the coefficients, in words; empty for the whole of it."""
         if self.low_pass is not None:
             return f"{self.low_pass}: N is the density of the white noise below"
         if self.up_to is not None:

@@ -81,7 +81,7 @@ class Step(NamedTuple):
 
 
 def moving_spans(z: npt.ArrayLike, rate: float | None = None) -> tuple[Span, ...]:
-    """Return when a sensor was not at rest.
+    """Return the spans in which a sensor was not at rest.
 
     Windows of one second move if their variance, or the step from one's mean to the next, is far
     outside of what the quiet ones show. Neighbours are put together, also over pauses under 5 s.
@@ -153,7 +153,7 @@ def largest_step(z: Floats, rate: float) -> Step:
 def find_doubts(
     record: npt.NDArray[np.generic], rate: float, unit: str, names: Sequence[str]
 ) -> tuple[Doubt, ...]:
-    """Return why noise coefficients of each axis of a sensor are not to be trusted.
+    """Return the reasons for doubt in noise coefficients of each axis of a sensor.
 
     One that was moved now and then is known by `largest_step`, one in motion all the time by how
     much its second means change, where the unit is known. Where most axes moved, all did.
@@ -191,7 +191,7 @@ def find_doubts(
 
 
 class Doubt(NamedTuple):
-    """Why the noise of an axis is not to be trusted, and whether that is motion."""
+    """Reason for doubt in the noise of an axis, and True if that is motion."""
 
     why: str = ""
     moved: bool = False
@@ -211,7 +211,7 @@ _MOTION_WARNING: Final = "the numbers describe the motion, not the sensor"
 
 
 class _SecondMeans(NamedTuple):
-    """What the means of the seconds of a record show."""
+    """Statistics of the means over the seconds of a record."""
 
     duration: float
     usual_change: float
@@ -231,7 +231,7 @@ class _SecondMeans(NamedTuple):
         return cls(duration, usual, Step(size, (index + 1) * width / rate))
 
     def evidence(self, max_change: float) -> str:
-        """Return what shows the motion."""
+        """Return the evidence of motion."""
         if self.usual_change > max_change:
             return "its mean over one second changes all the time, as no sensor's at rest"
         return (
@@ -241,7 +241,7 @@ class _SecondMeans(NamedTuple):
 
 
 def _find_moving(windows: Floats) -> Booleans:
-    """Return which windows move, shape (m,)."""
+    """Return the mask of moving windows, shape (m,)."""
     statistics = _WindowStatistics.of(windows)
     noisy = statistics.variance > _variance_limit(statistics.variance, windows.shape[1])
     steps = np.abs(np.diff(statistics.mean))

@@ -278,7 +278,7 @@ class AllanResult(Result):
         return np.array(indices, dtype=np.intp)
 
     def _make_curve(self, scale: float) -> Curve:
-        """Return what a fit needs to know, deviations in units of `scale`, without reflection."""
+        """Return the curve for a fit, deviations in units of `scale`, without reflection."""
         used, kind = self._select_taus(_TAUS_PER_OCTAVE), KINDS[self.kind]
         m, edf = self.factors[used], self.edf[used]
         variance = (self.rate_deviation[used] / scale) ** 2

@@ -14,7 +14,7 @@ _SCALE_TOLERANCE: Final = 1e-3
 
 @dataclass(frozen=True)
 class ClockReport:
-    """How the timestamps of a log deviate from a uniform clock.
+    """Deviations of a log's timestamps from a uniform clock.
 
     Parameters
     ----------
@@ -75,12 +75,12 @@ class ClockReport:
 
     @property
     def regular(self) -> bool:
-        """Whether there are timestamps and nothing is to be said of them."""
+        """True if there are timestamps without any fault."""
         return self.stamped and not self._faults()
 
     @property
     def as_stated(self) -> bool:
-        """Whether the rate is that which somebody has stated, and nothing contradicts it."""
+        """True if the rate is the stated one, and nothing contradicts it."""
         return not self.stamped and not self._faults()
 
     def summary(self) -> str:
@@ -136,7 +136,7 @@ def count_noun(count: int, noun: str) -> str:
 
 
 def describe_rate_error(stated: float, stamped: float) -> str:
-    """Return what becomes of turns where the rate stated is not that of the stamps, "" of nothing.
+    """Return the effect of a wrong stated rate on angles, by the stamps; "" if there is none.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What all functions say that write a text to a file if one is given, and that read such a text."""
+"""Shared docstrings of functions that write a text to a file if one is given, or read it."""
 
 import inspect
 import re

@@ -107,7 +107,7 @@ class Fixes:
         return len(self.time)
 
     def __repr__(self) -> str:
-        """Say how many there are, over what time, and what is known."""
+        """Return the number of fixes, their span, and their contents."""
         contents = ["positions"] + ["velocities"] * (self.velocity is not None)
         contents += ["sigmas"] * (self.position_sigma is not None)
         span = float(np.ptp(self.time)) if len(self) else 0.0

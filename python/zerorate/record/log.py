@@ -181,7 +181,7 @@ class Log:
 
     @property
     def sampled(self) -> Floats:
-        """When each sample was taken, s, shape (n,): the stamps where they are kept, or `time`."""
+        """Time of each sample, s, shape (n,): the stamps where they are kept, or `time`."""
         return self.time if self.stamps is None else self.stamps
 
     @property
@@ -333,7 +333,7 @@ def _check_time(time: npt.ArrayLike, n: int, rate: float) -> Floats:
 
 
 def _max_grid_error(seconds: Floats, rate: float) -> float:
-    """Return how far times are from an even grid at most, in samples; by pieces, for memory."""
+    """Return the largest distance of times from an even grid, in samples; by pieces, for memory."""
     starts = range(0, len(seconds), _CHUNK_ROWS)
     return max(
         float(np.abs(part - seconds[0] - np.arange(a, a + len(part)) / rate).max()) * rate
@@ -364,7 +364,7 @@ class Header:
 
     @classmethod
     def of(cls, log: Log) -> Header:
-        """Return what is known of a log in memory."""
+        """Return the header of a log in memory."""
         return cls(log.n, log.rate, log.names, log.unit, log.meta)
 
     def with_notes(self, sentences: Iterable[str]) -> Header:

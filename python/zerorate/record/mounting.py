@@ -1,4 +1,4 @@
-"""How sensors are mounted: turned into the axes of the body, with antenna and clock beside them."""
+"""Mounting of sensors: rotation into the axes of the body, antenna and clock offset."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _ORTHOGONALITY_TOLERANCE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Mounting:
-    """What a file says of the mounting of its sensors; None where it says nothing.
+    """Mounting of sensors as a file states it; None where it states nothing.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Mounting:
 
     @property
     def has_content(self) -> bool:
-        """Whether the file says anything of it."""
+        """True if the file states any part of it."""
         parts = (self.body_from_sensor, self.antenna, self.time_offset)
         return any(part is not None for part in parts)
 

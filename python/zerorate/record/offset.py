@@ -1,4 +1,4 @@
-"""What is to be added to the times of fixes so that they are on the clock of the sensors."""
+"""Offset to add to the times of fixes, so that they are on the clock of the sensors."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class TimeOffset(Result):
 
     @property
     def identifiable(self) -> bool:
-        """Whether the record tells it: the vehicle must change its velocity."""
+        """True if the record determines it: the vehicle must change its velocity."""
         return math.isfinite(self.sigma)
 
     @property
@@ -114,7 +114,7 @@ class TimeOffset(Result):
         )
 
     def differs(self, stated: float, min_difference: float) -> bool:
-        """Whether it is surely another one than is told, by so much at least, s."""
+        """Return True if it surely differs from a stated offset, by at least so many seconds."""
         if not self.identifiable:
             return False
         offsets = [(self.seconds, self.sigma)]

@@ -98,7 +98,7 @@ class Samples:
 
     @property
     def time(self) -> Floats:
-        """When each sample was taken, s, shape (n,)."""
+        """Time of each sample, s, shape (n,)."""
         return self.log.sampled
 
     def align(self, log: Log) -> Floats:

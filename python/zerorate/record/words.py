@@ -61,7 +61,7 @@ _NUMBERED_LETTERS: Final = ("w", "g", "a")
 
 
 class ParsedName(NamedTuple):
-    """What the words of a column's name say, without its unit.
+    """Meaning of the words in a column's name, without its unit.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def _split_compound(word: str) -> tuple[str, ...] | None:
 
 @lru_cache(maxsize=4096)
 def parse_name(stem: str) -> ParsedName:
-    """Return what the words of a name without its unit say."""
+    """Return the meaning of the words of a name without its unit."""
     words = list(words_of(stem))
     axis, number, other_words = _find_axis(words)
     roles = {ROLES.get(word) for word in other_words}

@@ -92,7 +92,7 @@ def plot_attitude(estimate: AttitudeEstimate) -> Figure:
 
 
 class _Course:
-    """What all panels ask of an estimate: times in the unit of the axis, and few of them.
+    """Times of an estimate for all panels, in the unit of the axis, and few of them.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class _Course:
 
     @property
     def has_sigmas(self) -> bool:
-        """Whether the method knows how far its angles are to be trusted."""
+        """True if the method estimates standard deviations of its angles."""
         return bool(np.isfinite(self.estimate.heading_sigma).all())
 
     def at(self, indices: Floats) -> Floats:
@@ -120,7 +120,7 @@ class _Course:
 
 
 def _describe_end(course: _Course) -> str:
-    """Return where it points at the end, and how far it is off where that is known."""
+    """Return the orientation at the end, and its standard deviations where they are known."""
     estimate = course.estimate
     roll, pitch, yaw = np.degrees(estimate.euler[-1])
     tilt, heading = np.degrees((estimate.tilt_sigma[-1], estimate.heading_sigma[-1]))

@@ -41,7 +41,7 @@ def format_attitude(estimate: AttitudeEstimate) -> str:
 
 
 def attitude_title(estimate: AttitudeEstimate) -> str:
-    """Return what an attitude is of, and how it was found."""
+    """Return the title of an attitude: its source, sensors and method."""
     axes = "nine axes" if estimate.mag else "six axes"
     offline_text = ", offline" if estimate.offline else ""
     name = Path(estimate.source).name

@@ -109,7 +109,7 @@ def _fit_scale(panel: Axes, replays: Mapping[str, Summary], axis: int) -> None:
 
 
 def _band_edges(bias: Floats, sigma: Floats) -> list[float]:
-    """Return where the band lies while the bias is about as well known as at the end."""
+    """Return the edges of the band while the bias is about as well known as at the end."""
     finite = np.isfinite(bias) & np.isfinite(sigma)
     known = finite & (sigma <= _MAX_SIGMA_RATIO * sigma[finite][-1]) if finite.any() else finite
     return [*(bias[known] - 2.0 * sigma[known]), *(bias[known] + 2.0 * sigma[known])]

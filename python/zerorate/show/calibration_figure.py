@@ -89,7 +89,7 @@ def plot_calibration(
 
 
 def _describe_result(calibration: Calibration) -> str:
-    """Return whether it is valid, and what gravity showed before and after."""
+    """Return the verdict on validity, and gravity's errors before and after."""
     before, after = 1e3 * calibration.norm_error_raw, 1e3 * calibration.norm_error
     sentence = describe_verdict(calibration)
     sentence = f"{sentence[0].upper()}{sentence[1:]}"

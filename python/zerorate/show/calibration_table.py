@@ -32,7 +32,7 @@ _FRAMES: Final = {
 
 
 def describe_verdict(calibration: Calibration) -> str:
-    """Return whether a calibration is valid, and if not why, in one sentence."""
+    """Return the verdict on a calibration, with the reason if it is not valid, in one sentence."""
     if calibration.valid:
         return "the calibration is valid"
     first, *more = calibration.problems
@@ -65,7 +65,7 @@ def _format_parts(calibration: Calibration) -> Iterator[str]:
 
 
 def format_corrected(found: Corrected) -> str:
-    """Return what was corrected, and by which calibration."""
+    """Return the notes on the correction, with its calibration."""
     return bullet_list(found.notes)
 
 
@@ -202,7 +202,7 @@ def _format_number(value: float) -> str:
 
 
 def _list_material(calibration: Calibration) -> str:
-    """Return what the calibration was made of, and what was left out or is odd, with reasons."""
+    """Return the data of the calibration, and those left out or odd, with reasons."""
     counts = [
         _count_used("rest", calibration.rests),
         _count_used("turn", calibration.turns),

@@ -41,12 +41,12 @@ class Measure:
     of_one: bool = False
 
     def of(self, row: Row) -> float:
-        """Return what is shown of a row."""
+        """Return the value shown of a row."""
         known = self.factor if row.angle == "rad" else 1.0
         return known * row.values.get(self.name, math.nan)
 
     def badness(self, value: float) -> float:
-        """Return how far a value shown is from ideal; twice is as far as half."""
+        """Return the distance of a shown value from its ideal; twice is as far as half."""
         if self.ideal == 0.0:
             return abs(value)
         return abs(math.log(value / self.ideal)) if value > 0.0 else math.inf
@@ -249,7 +249,7 @@ def _format_parts(comparison: Comparison, per_axis: bool) -> Iterator[str]:
 
 
 def _explain_marks(comparison: Comparison) -> Iterator[str]:
-    """Yield what needs a word where it stands in a table."""
+    """Yield explanations of the marks in a table."""
     if comparison.contamination is None and any(map(_has_nis, comparison.rows)):
         yield _NIS_NOTE
     if HINDSIGHT_METHOD in comparison.methods:
@@ -262,7 +262,7 @@ def _has_nis(row: Row) -> bool:
 
 
 def explain_acausal(causal: Mapping[str, bool]) -> Iterator[str]:
-    """Yield what the mark means where a method has it, and how it was found of a user's own."""
+    """Yield the meaning of the mark where a method has it, and the reason for a user's own."""
     acausal = [method for method, known in causal.items() if not known]
     if acausal:
         yield _DOUBLE_DAGGER_NOTE
@@ -339,7 +339,7 @@ def _drop_empty_rows(lines: Iterable[tuple[str, ...]]) -> tuple[tuple[str, ...],
 
 
 def method_label(rows: Sequence[Row]) -> str:
-    """Return what the rows of one method are called."""
+    """Return the label of a method, from its rows."""
     return mark_method(rows[0].method, all(row.causal for row in rows))
 
 

@@ -75,7 +75,7 @@ def plot_dynamic(result: DynamicAllan) -> Figure:
 
 
 def _caption(result: DynamicAllan) -> str:
-    """Return how long a window is, and what is grey."""
+    """Return the length of a window, and the reasons for grey."""
     reasons = ["no window is centred there"]
     if not np.all(result.deviation > 0.0):
         reasons.append("no deviation, for gaps or constant samples")

@@ -56,7 +56,7 @@ class LivePage:
 
     @property
     def address(self) -> str:
-        """Where the page is."""
+        """Address of the page."""
         return f"http://{HOST}:{self._server.server_address[1]}/"
 
     def __enter__(self) -> Self:
@@ -80,7 +80,7 @@ class LivePage:
         self._send(text)
 
     def events(self) -> Iterator[bytes]:
-        """Yield what was seen in the last minute, then what comes, and that it is over."""
+        """Yield the views of the last minute, then new ones, and the end."""
         waiting: queue.Queue[str | None] = queue.Queue(_MAX_QUEUED_VIEWS)
         with self._lock:
             past = list(self._past)

@@ -22,7 +22,7 @@ _AXIS_HEIGHT_MM: Final = 8.0
 
 
 def plot_magnetometer(result: MagnetometerCalibration) -> Figure:
-    """Return how far a heading is off, by heading of a level sensor, before and after.
+    """Plot the heading error by heading of a level sensor, before and after.
 
     Of several hard irons that counts which is taken off for longest. Below, what is left of the
     field second by second: a place that disturbs it, or a magnet that nothing explains.

@@ -14,7 +14,7 @@ _RAD_PER_DEG = UNITS["deg/s"].amount / UNITS["rad/s"].amount
 
 
 def format_magnetometer(calibration: MagnetometerCalibration) -> str:
-    """Return what is applied, the numbers with their errors, spans and advice."""
+    """Return the applied correction, the numbers with their errors, spans and advice."""
     return "\n".join(
         (
             *_format_numbers(calibration),

@@ -197,7 +197,7 @@ def plot_outages(
 
 
 def _describe_end(track: Track) -> str:
-    """Return how far the end of the track is known."""
+    """Return the standard deviation at the end of the track."""
     navigating = np.flatnonzero(track.navigating)
     if not navigating.size:
         return "Unknown: the filter did not begin."

@@ -125,7 +125,7 @@ def format_time_offset(offset: TimeOffset) -> str:
 
 
 def track_title(track: Track) -> str:
-    """Return what a track is of."""
+    """Return the title of a track."""
     smoothed_text = ", smoothed" if track.smoothed else ""
     return f"{Path(track.source).name}{smoothed_text}"
 

@@ -177,7 +177,7 @@ def _axis_colour(i: int) -> str:
 
 
 def _short_axis_name(replay: Replay, i: int) -> str:
-    """Return what tells an axis from the others: "x" of "gyro_x"."""
+    """Return the part of an axis' name that differs from the others: "x" of "gyro_x"."""
     name = split_unit(replay.log.names[i])[0]
     return name.rpartition("_")[2] if replay.log.channels == 3 else name
 

@@ -167,7 +167,7 @@ def _make_title(replay: Replay, letters: int) -> str:
 
 
 def _make_caption(replay: Replay, shown: int, width: int) -> str:
-    """Return what a reader must know, in lines of at most so many letters."""
+    """Return notes for the reader, in lines of at most so many letters."""
     sentences = [_GREY_NOTES[replay.output], _describe_shading(replay)]
     if shown < replay.log.channels:
         sentences[1] += f" Shown are the first {shown} of {replay.log.channels} axes."

@@ -271,7 +271,7 @@ def mean_duration(replay: Replay) -> float:
 
 
 def find_certain_rest(replay: Replay) -> Booleans | None:
-    """Return where each axis surely rested, shape (n, k); None where motion was not minded."""
+    """Return the mask of certain rest, shape (n, k); None where motion was not detected."""
     return None if replay.readings is None else replay.readings.certain_rest(replay.log.rate)
 
 

@@ -128,7 +128,7 @@ def _source_name(replay: Summary) -> str:
 
 
 def _column_meanings(heads: Sequence[str], replay: Summary) -> dict[int, str]:
-    """Return what columns mean that do not say it, by their places."""
+    """Return the meanings of columns whose heads do not say it, by their indices."""
     horizons = tuple(f"{horizon:g} s, " for horizon in replay.horizons)
     meanings = {}
     for i, head in enumerate(heads):

@@ -24,7 +24,7 @@ _MAX_MARKS: Final = 200
 
 
 def longest_duration(imu_list: tuple[Imu, ...]) -> float:
-    """Return how long the longest log of a recording is, s."""
+    """Return the duration of the longest log of a recording, s."""
     sensors = [sensor for imu in imu_list for sensor in imu.sensors]
     return max(1e-9, *(float(sensor.log.sampled[-1]) - sensor.start for sensor in sensors))
 

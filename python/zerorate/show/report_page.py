@@ -63,7 +63,7 @@ def format_report(report: Report) -> str:
 
 
 def _group_urgent(report: Report) -> list[list[Finding]]:
-    """Return what is to act on and to look at, those of one kind together."""
+    """Return the findings to act on and to look at, those of one kind together."""
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in report.urgent_findings:
         kinds.setdefault((finding.severity, finding.kind), []).append(finding)

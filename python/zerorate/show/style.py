@@ -136,7 +136,7 @@ def write_title(figure: Figure, text: str) -> None:
 
 
 def write_caption(figure: Figure, text: str, size: float = FONT_PT - 0.5) -> None:
-    """Write what a reader must know under a figure."""
+    """Write the caption under a figure."""
     figure.text(
         0.5,
         _height_fraction(figure, 2.0),
@@ -174,7 +174,7 @@ def shorten_source(source: str, max_letters: int = 44) -> str:
 
 
 def write_in_middle(axes: Axes, text: str) -> None:
-    """Write why a panel is empty."""
+    """Write the reason why a panel is empty."""
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", size=FONT_PT, color=GREY_TEXT)
 
 

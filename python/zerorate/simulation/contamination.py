@@ -151,7 +151,7 @@ class Contamination:
         return samples
 
     def stuck_span(self, n: int, rate: float) -> slice:
-        """Return which of n samples are stuck."""
+        """Return the slice of n samples that is stuck."""
         return slice(n // 2, min(n, n // 2 + round(self.stuck * rate)))
 
     def _contaminate(

@@ -311,7 +311,7 @@ def _draw_mount(mount: Mount, random: np.random.Generator) -> Floats | None:
 
 
 class _SensorError(NamedTuple):
-    """What a sensor adds to the truth, in its axes: white noise, and constant and drift, (n, 3)."""
+    """Errors that a sensor adds, in its axes: white noise, and constant and drift, (n, 3)."""
 
     noise: Floats
     bias: Floats
@@ -591,7 +591,7 @@ class _Trajectory:
 def _navigate(
     rates: Floats, force: Floats, rate: float | Floats, start: Floats, guess: _Trajectory
 ) -> _Trajectory:
-    """Return what strapdown navigation makes of samples, begun where the guess begins.
+    """Return the strapdown navigation of samples, begun at the start of the guess.
 
     Each round takes the rates of the local axes, gravity and radii from the way of the round
     before. The way depends on these so weakly that a few rounds settle it.

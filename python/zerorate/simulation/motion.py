@@ -42,7 +42,7 @@ _STREAMS: Final = ("motion", "errors", "gyro", "accel", "mag", "lost")
 
 @dataclass(frozen=True, kw_only=True)
 class MotionErrors:
-    """What the sensors of a simulated motion make of it; a number is a standard deviation.
+    """Errors of the sensors of a simulated motion; a number is a standard deviation.
 
     The defaults are those of a consumer device. Bias, matrix, walk and noise of the gyro and the
     wandering of the field are what `zerorate.Attitude` expects of its sensors before it has seen
@@ -278,7 +278,7 @@ class _TimedMotion:
         return q, rates * pace[:, None], velocity * pace[:, None]
 
     def at_rest(self, t: Floats) -> Booleans:
-        """Return when it stands still."""
+        """Return the mask of rest."""
         still: Booleans = self._progress(t)[1] == 0.0
         return still
 
@@ -376,7 +376,7 @@ def _draw_bias(
 
 
 def _draw_received(lost: float, n: int, random: np.random.Generator) -> Booleans:
-    """Return which samples are not lost; the first never is."""
+    """Return the mask of samples that are received; the first always is."""
     if not 0.0 <= lost < 1.0:
         raise ArgumentError("lost", f"must be from 0 to below 1, got {lost}")
     received = random.random(n) >= lost

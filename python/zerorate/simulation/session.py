@@ -51,7 +51,7 @@ _STREAMS: Final = ("motion", "errors", "disturbance", "gyro noise", "accel noise
 
 @dataclass(frozen=True, kw_only=True)
 class GyroErrors:
-    """What a simulated gyroscope makes of angular rate; all numbers in SI units.
+    """Errors of a simulated gyroscope; all numbers in SI units.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class GyroErrors:
 
 @dataclass(frozen=True, kw_only=True)
 class AccelErrors:
-    """What a simulated accelerometer makes of specific force; all numbers in SI units.
+    """Errors of a simulated accelerometer; all numbers in SI units.
 
     Parameters
     ----------
@@ -399,7 +399,7 @@ class _Imu:
 
 @dataclass(frozen=True)
 class _Output:
-    """How a sensor's output, in SI units, becomes samples."""
+    """Conversion of a sensor's output, in SI units, into samples."""
 
     names: tuple[str, ...]
     unit: str

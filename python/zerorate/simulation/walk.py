@@ -229,7 +229,7 @@ def _check_positive(name: str, value: float) -> None:
 
 @dataclass(frozen=True)
 class _SensorErrors:
-    """What is wrong with a sensor."""
+    """Errors of a sensor on a foot."""
 
     gyro_noise: float
     accel_noise: float
@@ -245,7 +245,7 @@ class _SensorErrors:
 
 @dataclass(frozen=True)
 class _Gait:
-    """How a foot walks."""
+    """Gait of a foot."""
 
     rate: float
     stance: float
@@ -259,7 +259,7 @@ class _Gait:
 
 @dataclass(frozen=True, eq=False)
 class _Path:
-    """Where a foot starts, m, how it moves in each stride, and where it looks in stances, rad."""
+    """Start of a foot, m, its move in each stride, and its heading in stances, rad."""
 
     begin: Floats
     moves: Floats

@@ -1,4 +1,4 @@
-"""What the wheels of a simulated drive tell: their speed, with a scale, noise, ticks and slips."""
+"""Wheels of a simulated drive: their speed, with a scale, noise, ticks and slips."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def wheel_speeds(
     yaw: float = 0.0,
     seed: int = 0,
 ) -> Floats:
-    """Return what wheels tell of a simulated drive, as ``NavigationFilter.process`` takes it.
+    """Return wheel speeds of a simulated drive, as ``NavigationFilter.process`` takes them.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What ``zerorate replay --array`` does: one gyro of many, and how each of them did."""
+"""Replay of an array, as ``zerorate replay --array``: one gyro of many, and each one's results."""
 
 from __future__ import annotations
 
@@ -174,7 +174,7 @@ class ArrayReplay(Result):
 
     @property
     def rest_mask(self) -> Booleans:
-        """Where the body rested about all axes for certain, shape (n,)."""
+        """Mask of samples in which the body certainly rested about all axes, shape (n,)."""
         return _certain_rest(self.at_rest, self.log.rate)
 
     @property
@@ -206,7 +206,7 @@ class ArrayReplay(Result):
         return columns
 
     def excluded_spans(self, sensor: int) -> list[tuple[float, float]]:
-        """Return when a sensor was excluded, from and to in s from the first sample."""
+        """Return the spans in which a sensor was excluded, in s from the first sample."""
         excluded = runs(self.fate[:, sensor] == _EXCLUDED) / self.log.rate
         return [(start, stop) for start, stop in excluded.tolist()]
 
@@ -443,7 +443,7 @@ def _accel_allan(
 
 
 class _ArrayRecorder:
-    """What is noted of an array, block by block."""
+    """Records of an array, block by block."""
 
     def __init__(self, log: ArrayLog, rotations: Floats | None, limit: float | None) -> None:
         n, sensors, axes = log.n, log.sensors, len(log.axes)
@@ -517,7 +517,7 @@ def _expand_axes(values: npt.NDArray[Any], ndim: int) -> npt.NDArray[Any]:
 def _classify_samples(
     z: Floats, used: Booleans, excluded: Booleans, limit: float | None
 ) -> npt.NDArray[np.int8]:
-    """Return what became of the samples z (n, N, axes) of each sensor."""
+    """Return the class of each sample z (n, N, axes) of each sensor."""
     fate = np.where(used, _USED, _LEFT_OUT).astype(np.int8)
     fate[excluded] = _EXCLUDED
     if limit is not None:
@@ -527,7 +527,7 @@ def _classify_samples(
 
 
 def _certain_rest(rest: Booleans, rate: float) -> Booleans:
-    """Return where all axes (n, axes) rest, but for samples in which a motion may have begun."""
+    """Return the mask of rest on all axes (n, axes), but for samples in which motion may begin."""
     certain: Booleans = np.all(rest, axis=1)
     before = onset_samples(rate)
     for i in np.flatnonzero(certain[:-1] & ~certain[1:]) + 1:
@@ -593,7 +593,7 @@ def _format_spans(spans: Sequence[tuple[float, float]]) -> str:
 
 
 def files_of(result: ArrayReplay) -> Files:
-    """Return what the replay of an array is saved as: log, figure, and rotations if found."""
+    """Return the files of an array's replay: log, figure, and rotations if found."""
     writers: list[Writer] = [lambda path: write_log(result.to_log(), path)]
     others = []
     if result.rotations_found and result.rotation_set is not None:

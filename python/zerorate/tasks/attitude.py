@@ -81,7 +81,7 @@ def estimate_attitude(
     progress: Progress | None = None,
     **options: Unpack[AttitudeOptions],
 ) -> AttitudeEstimate:
-    """Find which way a body points, from gyro, accelerometer and, if there is one, magnetometer.
+    """Estimate the orientation of a body from gyro, accelerometer and, if present, magnetometer.
 
     The recording is checked and mended first. The clock of the gyro counts: a sample of another
     sensor is taken at the first one of the gyro that is not before it. ``zerorate attitude`` does
@@ -203,7 +203,7 @@ def _refuse_mag_options(**mag_options: object) -> None:
 
 
 def _filter_settings(learn_magnetometer: bool, bias_limit: float | None) -> dict[str, Any]:
-    """Return what was given of the default filter: the named ones refuse it."""
+    """Return the options of the default filter that were given: named filters refuse them."""
     learned: dict[str, Any] = {"learn_magnetometer": True} if learn_magnetometer else {}
     return learned if bias_limit is None else {**learned, "bias_limit": bias_limit}
 
@@ -275,7 +275,7 @@ def _check_heading(heading: str | None) -> None:
 
 
 def files_of(result: AttitudeEstimate, *, tum: bool = False) -> Files:
-    """Return what an attitude is saved as: log and figure; with `tum` the poses as well."""
+    """Return the files of an attitude: log and figure; with `tum` the poses as well."""
     writers: list[Writer] = [lambda path: write_log(result.to_log(), path)]
     endings = []
     if tum:

@@ -283,7 +283,7 @@ def calibrate_magnetometer(
 
 
 def _restore_frozen_mag(prepared: PreparedRecording, raw: Recording, name: str) -> Recording:
-    """Return what was prepared, with a magnetometer that is frozen throughout: the fit says so."""
+    """Return the prepared recording, with a magnetometer that is frozen throughout."""
     is_frozen = name in raw and any(remark.check == FROZEN for remark in prepared.remarks)
     if not is_frozen or name in prepared.recording:
         return prepared.recording
@@ -420,7 +420,7 @@ def correct(
 def compare_with_earlier(
     calibration: Calibration, earlier: Calibration | Path_
 ) -> CalibrationComparison:
-    """Return how far each parameter has moved since an earlier calibration, which comes first."""
+    """Return the change of each parameter since an earlier calibration, which comes first."""
     old = calibration_of(earlier)
     units = {"gyro": calibration.gyro_units[0], "accel": calibration.accel_units[0]}
     return compare_calibrations(old.to_frame(calibration.frame).in_units(**units), calibration)
@@ -433,7 +433,7 @@ def files_of(
     doubtful: bool = False,
     panels: Literal["usual", "all"] = "usual",
 ) -> Files:
-    """Return what a calibration is saved as: JSON, files for other programs, figures.
+    """Return the files of a calibration: JSON, files for other programs, figures.
 
     One that is not valid is not exported, unless `doubtful` says so.
     """
@@ -462,7 +462,7 @@ def check_exports(exports: Sequence[str], supported: Sequence[str]) -> None:
 
 
 def unusable(found: MagnetometerCalibration) -> Sequence[str]:
-    """Return why nothing can be done with a calibration of a magnetometer, if so."""
+    """Return the reason why a magnetometer's calibration is useless, if so."""
     if found.problems:
         return found.problems[:1]
     if not found.applied and not any(one.identifiable for one in found.hard_iron):
@@ -488,7 +488,7 @@ def _export_texts(calibration: Calibration, export: str, doubtful: bool) -> Sequ
 def magnetometer_files(
     calibration: MagnetometerCalibration, *, exports: Sequence[str] = (), doubtful: bool = False
 ) -> Files:
-    """Return what a magnetometer's calibration is saved as: JSON, exports, the figure."""
+    """Return the files of a magnetometer's calibration: JSON, exports, the figure."""
     check_exports(exports, MAGNETOMETER_EXPORTS)
     exporters: dict[str, Callable[..., str]] = {
         "px4": calibration.to_px4, "ardupilot": calibration.to_ardupilot
@@ -506,7 +506,7 @@ def magnetometer_files(
 
 
 def corrected_files(result: Corrected) -> Files:
-    """Return what a corrected recording is saved as: a log, and one more for each other clock."""
+    """Return the files of a corrected recording: a log, and one more for each other clock."""
     tables = result.tables()
     data: list[Writer] = [partial(write_log, log) for log in tables.values()]
     others = [f"{ending}." for ending in tables if ending]

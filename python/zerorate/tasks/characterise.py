@@ -1,4 +1,4 @@
-"""What ``zerorate allan`` does: the noise of gyros and accelerometers, from a log at rest."""
+"""Noise of gyros and accelerometers, from a log at rest: ``zerorate allan``."""
 
 from __future__ import annotations
 
@@ -327,7 +327,7 @@ def export_texts(
 
 
 def describe_missing_numbers(result: Characterised, exports: Iterable[str]) -> list[str]:
-    """Return which numbers exports lack, and what to record for them."""
+    """Return the numbers that exports lack, and advice for the next record."""
     kinds = set(exports) - {_JSON}
     if not kinds:
         return []
@@ -396,7 +396,7 @@ def _worst_model(sensors: Sequence[Characterisation], quantity: str) -> NoiseMod
 
 
 def files_of(result: Characterised, **exports: Any) -> Files:  # noqa: ANN401
-    """Return what a characterisation is saved as: curves, exports and a figure.
+    """Return the files of a characterisation: curves, exports and a figure.
 
     `exports`: arguments of `export_texts`; ValueError if one is refused.
     """
@@ -407,7 +407,7 @@ def files_of(result: Characterised, **exports: Any) -> Files:  # noqa: ANN401
 
 
 def files_with(found: Characterised, exports: Mapping[str, str]) -> Files:
-    """Return what a characterisation is saved as, with these texts of exports by their names."""
+    """Return the files of a characterisation, with these texts of exports by their names."""
     curves = [one.curve for one in found.sensors]
     writers: list[Writer] = [lambda path: write_curves(curves, path)]
     writers += map(text_writer, exports.values())

@@ -17,7 +17,7 @@ def check(
     scale_errors: bool = True,
     **reading: Unpack[ReadingArguments],
 ) -> Checks:
-    """Find what motion shows of the units, signs and axes of a recording's sensors.
+    """Check the units, signs and axes of a recording's sensors against its motion.
 
     The gyro turns the accelerometer's force through the motion: if its unit and its axes are right,
     and no others, gravity is constant there. So it is with a magnetometer's field. What motion

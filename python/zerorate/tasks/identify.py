@@ -1,4 +1,4 @@
-"""What ``zerorate identify`` does: drift models of the gyros of one log, and tests of them."""
+"""Drift models of the gyros of one log, and tests of them: ``zerorate identify``."""
 
 from __future__ import annotations
 
@@ -178,7 +178,7 @@ def identify(
 def _identify_axes(
     log: Log, options: Mapping[str, Any], progress: Progress
 ) -> tuple[tuple[Identification, ...], tuple[str, ...]]:
-    """Return what can be said of each axis, which share the cores, and why others are left out."""
+    """Return the identification of each axis, in parallel, and reasons for those left out."""
     fractions = [0.0] * log.channels
 
     def of_axis(i: int) -> Identification | ValueError:
@@ -226,7 +226,7 @@ def _raise_refusal(log: Log, reasons: Mapping[str, str]) -> NoReturn:
 
 
 def files_of(result: Identified, *, drawn: bool = True, panels: Panels = "usual") -> Files:
-    """Return what identifications are saved as: a page, with figures if they are drawn, and JSON.
+    """Return the files of identifications: a page, with figures if they are drawn, and JSON.
 
     The page is made when it is written; ImportError without matplotlib, of the extra ``plot``.
     """

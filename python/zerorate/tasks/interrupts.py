@@ -41,7 +41,7 @@ def block_child_interrupts() -> Iterator[None]:
 
 
 def run_in_background(work: Callable[[], T]) -> T:
-    """Return what work returns or raise what it raises; an interrupt leaves it behind.
+    """Run work in a thread and return its result or raise its error; an interrupt abandons it.
 
     Native code cannot be interrupted, and some of it takes minutes.
     """
@@ -113,7 +113,7 @@ def _resend_signal(number: int) -> None:
 
 
 def _is_importing(frame: FrameType | None) -> bool:
-    """Whether a signal came while the interpreter looks after its imports.
+    """Return True if a signal came while the interpreter looks after its imports.
 
     What is raised in a callback there is lost, and with it the release of the lock that all imports
     need: a thread that imports would wait for ever.
@@ -154,7 +154,7 @@ class Interrupts:
                 signal.signal(number, handler)
 
     def wait(self, read: Callable[[], T]) -> T:
-        """Return what a function returns, or raise `SignalInterrupt` if a signal comes before."""
+        """Return the result of a function, or raise `SignalInterrupt` if a signal comes before."""
         self._waiting = True
         try:
             if self._pending is not None:

@@ -484,7 +484,7 @@ def _load_truth(reference: Poses | Fixes | PathLike, offset: float) -> Poses | F
 def files_of(
     result: Navigation, *, tum: bool = False, panels: Literal["usual", "all"] = "usual"
 ) -> Files:
-    """Return what a navigation is saved as: log, maps and figure; with `tum` the poses as well."""
+    """Return the files of a navigation: log, maps and figure; with `tum` the poses as well."""
     writers: list[Writer] = [
         lambda path: write_log(result.to_log(), path),
         lambda path: write_geojson(path, result.track, force=True),

@@ -1,4 +1,4 @@
-"""What a recording shows against its limits: what ``report`` does."""
+"""Findings on a recording against its limits: ``zerorate report``."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def _report_one(
 
 
 def files_of(result: Report | BeforeAfter) -> Files:
-    """Return what a report is saved as: a page and all findings as JSON."""
+    """Return the files of a report: a page and all findings as JSON."""
     data = (text_writer(result.to_html()), text_writer(result.to_json()))
     return Files("-zerorate-report", ".html", data, (".json",), {}, _stem(result))
 

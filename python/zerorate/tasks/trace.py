@@ -10,7 +10,7 @@ __all__ = ["Trace"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Trace(Result):
-    """What a filter knew after each of n samples; with k channels every array has a second axis k.
+    """State of a filter after each of n samples; with k channels every array has a second axis k.
 
     Of "auto", whose state is the drift alone, p + 1 and p + q + 1 below are 1.
 
@@ -60,5 +60,5 @@ class Trace(Result):
         return len(self.estimate)
 
     def __repr__(self) -> str:
-        """Say how much there is."""
+        """Return the number of samples."""
         return f"Trace of {len(self)} samples"

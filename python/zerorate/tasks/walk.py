@@ -38,7 +38,7 @@ def walk(
     progress: Progress | None = None,
     **reading: Unpack[ReadingArguments],
 ) -> FootTrack:
-    """Find where a sensor on a foot went: no receiver, but now and then the foot stands.
+    """Find the track of a sensor on a foot, without a receiver: now and then the foot stands.
 
     The recording is checked and mended first. ``zerorate walk`` does the same.
 
@@ -130,7 +130,7 @@ def _parse_origin(
 
 
 def files_of(track: FootTrack) -> Files:
-    """Return what a walk is saved as: log and figure, and maps if its start is known."""
+    """Return the files of a walk: log and figure, and maps if its start is known."""
     writers: list[Writer] = [lambda path: write_log(track.to_log(), path)]
     endings: list[str] = []
     if track.origin is not None:

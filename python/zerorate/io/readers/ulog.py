@@ -320,7 +320,7 @@ class _LogWalker:
         return self._end
 
     def _has_messages(self, at: int, messages: int) -> bool:
-        """Whether so many messages may follow each other from a place on, or up to the end."""
+        """Return True if so many messages may follow each other from an offset, or to the end."""
         for _ in range(messages):
             if at + _MESSAGE_HEAD.size > self._end:
                 break

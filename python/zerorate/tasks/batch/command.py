@@ -1,4 +1,4 @@
-"""What a batch can do with each log: the contract of a command."""
+"""Contract of a command that a batch runs on each log."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -17,7 +17,7 @@ Row = Mapping[str, str | float | int | bool | None]
 
 
 class LogOutput(NamedTuple):
-    """What a log has become: one row an axis, and sentences on it."""
+    """Result of a log: one row an axis, and notes."""
 
     rows: tuple[Row, ...]
     notes: tuple[str, ...]
@@ -50,7 +50,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Command:
-    """What becomes of each log of a batch, and what is said of it.
+    """Command that a batch runs on each log.
 
     Parameters
     ----------

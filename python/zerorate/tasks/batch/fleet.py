@@ -1,4 +1,4 @@
-"""Which logs of a batch stand out from the others."""
+"""Outliers among the logs of a batch."""
 
 import math
 from collections import defaultdict
@@ -69,7 +69,7 @@ class Outlier:
 
 @dataclass(frozen=True)
 class Fleet:
-    """What the comparison of logs has found.
+    """Result of the comparison of logs.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def _find_outliers(sample: _Sample, comparisons: int) -> Iterator[Outlier]:
 
 
 def _score_limit(count: int, comparisons: int) -> float:
-    """Return how many spreads a value of so many is from their median by chance alone.
+    """Return the largest distance from the median by chance alone, of so many values, in spreads.
 
     The quantile of Student's t by D. L. Wallace, Annals of Mathematical Statistics 30 (1959).
     """

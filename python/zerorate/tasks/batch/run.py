@@ -33,7 +33,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class BatchResult(Result):
-    """What became of every log, as `zerorate.batch` returns it.
+    """Outcome of every log, as `zerorate.batch` returns it.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class BatchResult(Result):
 
     @property
     def command(self) -> str:
-        """What was done with each log."""
+        """Command that ran on each log."""
         return self.settings.command
 
     @property
@@ -99,7 +99,7 @@ class BatchResult(Result):
 
     @property
     def counts(self) -> Counter[str]:
-        """How many logs have each status."""
+        """Count of logs with each status."""
         return Counter(outcome.status for outcome in self.outcomes)
 
     @property
@@ -218,7 +218,7 @@ def batch(
 
 
 def _write_tables(result: BatchResult) -> None:
-    """Write what is about all logs: the summary, and the overview of reports."""
+    """Write the tables of all logs: the summary, and the overview of reports."""
     write_summary(result.outcomes, result.fleet, result.settings, result.summary)
     for overview in result.files[1:]:
         with atomic_path(overview, force=True) as temporary:
@@ -226,7 +226,7 @@ def _write_tables(result: BatchResult) -> None:
 
 
 def files_of(result: BatchResult) -> Files:
-    """Return what a batch is saved as: the table of all logs, the overview of reports, a figure."""
+    """Return the files of a batch: the table of all logs, the overview of reports, a figure."""
 
     def table(path: Path) -> None:
         write_summary(result.outcomes, result.fleet, result.settings, path)
@@ -250,7 +250,7 @@ def _collect_outcomes(ends: Iterable[Outcome], count: int, report: Progress) -> 
 def _run_tasks(
     engine: AbstractContextManager[Engine], tasks: list[Task], sweeping: bool
 ) -> Generator[Outcome]:
-    """Yield what becomes of each task, then remove what killed workers left."""
+    """Yield the outcome of each task, then remove the files that killed workers left."""
     completed = False
     try:
         with engine as running, closing(run_with_retry(running, run_task, tasks)) as ends:

@@ -71,7 +71,7 @@ else:
 
 @dataclass(frozen=True, init=False)
 class Settings:
-    """What is done with each log of a batch, and how it is read and written.
+    """Settings of a batch: the command on each log, and its reading and writing.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ class Settings:
 
     @property
     def operation(self) -> Command:
-        """What becomes of each log."""
+        """Command that runs on each log."""
         return COMMANDS[self.command]
 
     def fingerprint(self, name: str, size: int, modified: int) -> str:
@@ -216,7 +216,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one log; small, since it travels between machines.
+    """Outcome of one log; small, since it travels between machines.
 
     Parameters
     ----------
@@ -244,7 +244,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Record:
-    """How the output of a log was made, and that it is whole.
+    """Record of the making of a log's output, which shows that it is whole.
 
     It is a file of its own next to the output, not metadata of it, which stays the same bytes as
     those of the command on a single log, in every format.
@@ -292,7 +292,7 @@ class Task:
     version: str = __version__
 
     def read_outcome(self, status: Status) -> Outcome | None:
-        """Return what the record says, if this log is finished with these settings."""
+        """Return the recorded outcome, if this log is finished with these settings."""
         record = None if self.force else Record.read(self.record, self.output)
         if record is None or record.fingerprint != self.fingerprint:
             return None

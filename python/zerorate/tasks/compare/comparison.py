@@ -183,7 +183,7 @@ def _compare_kind(
 
 
 def _make_evaluator(recording: Trial, notes: list[str]) -> Evaluator:
-    """Return what measures methods on a recording, and note what is to be known of it."""
+    """Return an evaluator of methods on a recording, and add notes to be read with it."""
     if recording.reference is None:
         recording.check_axes()
     if recording.orientation is not None:
@@ -202,7 +202,7 @@ def _orientation_note(source: str, truth: Orientation) -> str:
 
 
 class _RowProgress:
-    """How much of the work is done."""
+    """Progress of the work."""
 
     def __init__(self, recordings: Sequence[Trial], runs: int, progress: Progress) -> None:
         axes = (trial.log.channels if trial.kind == "rest" else 1 for trial in recordings)

@@ -107,7 +107,7 @@ def _nis_values(results: list[AxisResult], moving: Booleans) -> dict[str, float]
 
 
 def turning_speed(quaternions: Floats, rate: float, window: float) -> Floats:
-    """Return how fast a reference turns, taken over so many seconds, rad/s.
+    """Return the angular speed of a reference over windows of so many seconds, rad/s.
 
     NaN at the ends and where it is missing.
     """

@@ -22,7 +22,7 @@ _G_M_S2: Final = UNITS["g"].amount
 
 
 class Run(NamedTuple):
-    """What a filter makes of samples: orientations from sensor to east, north and up, (n, 4)."""
+    """Output of a filter: orientations from sensor to east, north and up, (n, 4)."""
 
     quaternions: Floats
     seconds: float
@@ -37,7 +37,7 @@ class Peer(NamedTuple):
 
 
 def is_missing(peer: str) -> bool:
-    """Return whether the package of a peer is not installed."""
+    """Return True if the package of a peer is not installed."""
     return find_spec(PEERS[peer].package) is None
 
 

@@ -92,7 +92,7 @@ class ScoredAxis:
             )
 
     def run(self, method: MethodSpec, samples: Floats) -> AxisResult:
-        """Return what a method makes of other samples, or of the same."""
+        """Run a method on other samples, or on the same."""
         return run_on_axis(method, samples, self._rate, self._gain, self._unit)
 
     def measure(self, method: MethodSpec, result: AxisResult, samples: Floats) -> dict[str, float]:

@@ -66,7 +66,7 @@ class Regret:
 
     @property
     def lasting_mask(self) -> Booleans:
-        """Which models are not transient, shape (models,)."""
+        """Mask of models that are not transient, shape (models,)."""
         return np.array([not model.transient for model in self.models])
 
     @property
@@ -134,7 +134,7 @@ class _Trial(NamedTuple):
         )
 
     def _coverage(self, drift: Floats, sigma: Floats | None) -> float:
-        """Return how often the mean drift over the next ten seconds is within one sigma."""
+        """Return the share of mean drifts over the next ten seconds that are within one sigma."""
         if sigma is None:
             return np.nan
         n = len(self.truth)

@@ -1,4 +1,4 @@
-"""What ``zerorate compare`` does: many methods on the same recordings, and on simulated gyros."""
+"""Comparison of many methods on recordings and simulated gyros: ``zerorate compare``."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from zerorate.views import Result, table_of
 
 @dataclass(frozen=True)
 class Compared(Result):
-    """What methods reached on recordings and on simulated gyros, as `zerorate.compare` returns it.
+    """Scores of methods on recordings and simulated gyros, as `zerorate.compare` returns them.
 
     Parameters
     ----------
@@ -228,7 +228,7 @@ def _run_simulated(
 
 
 def files_of(result: Compared) -> Files:
-    """Return what a comparison is saved as: all numbers as JSON, and a figure of each table."""
+    """Return the files of a comparison: all numbers as JSON, and a figure of each table."""
     figures: dict[str, Writer] = {}
     for comparison in result.comparisons:
         if comparison.rows:

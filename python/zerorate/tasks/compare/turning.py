@@ -52,7 +52,7 @@ class ReferenceFit:
     delay: float
 
     def note(self, source: str, name: str) -> str:
-        """Return what was fitted, as a sentence."""
+        """Return the result of the fit, as a sentence."""
         return (
             f"{source}: {name} fits {self.axis}: gyro = {self.scale:.4g} times the reference, late "
             f"by {1e3 * self.delay:.3g} ms; scale, sign and delay are taken out of the reference"

@@ -372,13 +372,13 @@ class AttitudeEngine(TimedEngine):
         )
 
     def sentences(self) -> Iterator[str]:
-        """Yield what there is to say at the end."""
+        """Yield the notes at the end."""
         yield from super().sentences()
         if self._filter.status == "wrong unit":
             yield "what the accelerometer shows at rest is not gravity: is its unit right?"
 
     def state(self) -> dict[str, Any]:
-        """Return what the first line told, and how the time goes on."""
+        """Return the contents of the first line, and the state of the clock."""
         first_line = asdict(self._first_line)
         del first_line["layout"]
         return {"opened": first_line, **self.timing()}
@@ -419,7 +419,7 @@ class AttitudeEngine(TimedEngine):
 
 @dataclass(frozen=True)
 class FirstLine:
-    """What the first line tells: where everything stands, and the units."""
+    """Contents of the first line: the columns' positions, and the units."""
 
     layout: Layout
     gyro_unit: str
@@ -429,7 +429,7 @@ class FirstLine:
 def _read_first_line(
     cells: Sequence[str], settings: AttitudeSettings, fields: int | None
 ) -> FirstLine:
-    """Return what the first line shows, be it a header or a sample."""
+    """Return the contents of the first line, be it a header or a sample."""
     if list(cells) == [""]:
         raise LineError("it is empty, expected names or numbers")
     if fields not in (None, len(cells)):

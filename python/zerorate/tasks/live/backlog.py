@@ -58,7 +58,7 @@ class BacklogFilter:
         )
 
     def answer(self, row: list[float], force: Sequence[float] = _NO_FORCE) -> list[str]:
-        """Return what a sample is answered with: one text a channel, then those beside it.
+        """Return the answer to a sample: one text a channel, then the extra ones.
 
         `force` is what the accelerometer shows, three numbers, if there is one.
         """
@@ -85,7 +85,7 @@ class BacklogFilter:
         return [self.pending_count, self.filter.to_bytes(), motion]
 
     def restore(self, saved: Sequence[Any]) -> None:
-        """Take what `saved` gave."""
+        """Restore the state from `saved`."""
         self.pending_count, filter_, motion = saved
         self.filter = DriftFilter.from_bytes(filter_)
         self.motion = None if motion is None else MotionDetector.from_bytes(motion)

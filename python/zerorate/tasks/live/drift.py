@@ -102,7 +102,7 @@ class DriftEngine(TimedEngine):
         self._texts = backlog.answer(gyro, force) if force else backlog.answer(gyro)
 
     def answer(self, sample: tuple[Any, float | None]) -> list[str]:
-        """Return what there is to say after a sample."""
+        """Return the answer to a sample."""
         if self.stamp_clock is not None:
             return super().answer(sample)
         self.feed(sample[0], _NEXT_STEP, False)
@@ -153,7 +153,7 @@ class DriftEngine(TimedEngine):
         return describe_counts(self._names, "gyro", self.layout.unit or UNKNOWN_UNIT, head)
 
     def sentences(self) -> Iterator[str]:
-        """Yield what there is to say of the samples that the filter has left out so far."""
+        """Yield notes on the samples that the filter has left out to date."""
         yield from super().sentences()
         filter_ = self._backlog.filter
         seen = filter_.samples_seen
@@ -177,7 +177,7 @@ class DriftEngine(TimedEngine):
         )
 
     def state(self) -> dict[str, Any]:
-        """Return how many missing samples the filter has not been given, and who sees motion."""
+        """Return the count of missing samples still to be given, and the detector's state."""
         motion = self._backlog.motion
         fields = {"owed": self._backlog.pending_count, **self.timing()}
         if motion is None:

@@ -47,7 +47,7 @@ def split_cells(line: str) -> list[str]:
 
 @dataclass(frozen=True)
 class ColumnRequest:
-    """What was asked for: columns by name or position, None for those that hold gyros."""
+    """Request for columns by name or position, None for those that hold gyros."""
 
     columns: tuple[str | int, ...] | None = None
     sequence: str | int | None = None
@@ -60,7 +60,7 @@ class ColumnRequest:
 
 @dataclass(frozen=True)
 class Layout:
-    """How every line is laid out: which columns are filtered; all others pass through.
+    """Layout of every line: the columns that are filtered; all others pass through.
 
     `names` are those of the header, if there was one, and `unit` is that of the channels, if it is
     known.
@@ -74,13 +74,13 @@ class Layout:
 
     @property
     def labels(self) -> list[str]:
-        """What the channels are called: their names, else their positions."""
+        """Labels of the channels: their names, else their positions."""
         names = self.names or tuple(f"column {i}" for i in range(self.fields))
         return [names[i] for i in self.channels]
 
     @property
     def passthrough_labels(self) -> list[str]:
-        """What the columns that pass through are called."""
+        """Labels of the columns that pass through."""
         names = self.names or tuple(map(str, range(self.fields)))
         return [name for i, name in enumerate(names) if i not in self.channels]
 
@@ -102,7 +102,7 @@ class Layout:
         return int(cell)
 
     def is_header(self, cells: Sequence[str]) -> bool:
-        """Return whether a line names the columns again; ColumnError if it names others."""
+        """Return True if a line names the columns again; ColumnError if it names others."""
         if self.names is None or not any(cell[:1].isalpha() for cell in cells):
             return False
         cell_names = _fill_names(cells)
@@ -300,7 +300,7 @@ def number_or_nan(cell: str) -> float:
 
 
 def _is_number(cell: str) -> bool:
-    """Return whether a cell holds a number, or says that one is missing."""
+    """Return True if a cell holds a number, or says that one is missing."""
     try:
         _parse_number(cell)
     except LineError:

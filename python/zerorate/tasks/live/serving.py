@@ -222,7 +222,7 @@ class Server:
             self.watcher.finish(self.stream)
 
     def sentences(self, numbered: bool) -> Iterator[str]:
-        """Yield what was lost, if samples are numbered, garbled, or left out by the filter."""
+        """Yield notes on samples that are lost, if they are numbered, garbled, or left out."""
         yield from self.stream.sentences()
         count = self.stream.sequence
         if self.stream.open and numbered:

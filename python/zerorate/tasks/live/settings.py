@@ -1,4 +1,4 @@
-"""What a stream is asked for: its filter, and what its lines hold."""
+"""Settings of a stream: its filter, and the contents of its lines."""
 
 import base64
 from collections.abc import Mapping, Sequence
@@ -248,7 +248,7 @@ class Settings:
 
 
 def _restore_motion(saved: Mapping[str, Any], rate: float) -> MotionDetector[bool] | None:
-    """Return what a checkpoint holds that sees motion; None if it is of another rate."""
+    """Return the motion detector of a checkpoint; None if it is of another rate."""
     detector = restore_filter(
         MotionDetector.from_bytes, base64.b64decode(saved["motion"], validate=True)
     )

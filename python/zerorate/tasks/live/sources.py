@@ -1,4 +1,4 @@
-"""Where the bytes of a live device come from: a serial line, sockets, pushes, Bluetooth."""
+"""Sources of a live device's bytes: a serial line, sockets, pushes, Bluetooth."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ class LineStream:
 
     @property
     def open(self) -> bool:
-        """Whether the columns are known."""
+        """True if the columns are known."""
         return self._engine is not None
 
     @property
@@ -158,11 +158,11 @@ class LineStream:
         return None if self._engine is None else self._engine.notice()
 
     def view(self) -> View | None:
-        """Return what a person may watch after the last sample, None before the first."""
+        """Return the view after the last sample, None before the first."""
         return None if self._engine is None else self._engine.view()
 
     def sentences(self) -> Iterator[str]:
-        """Yield what there is to say at the end."""
+        """Yield the notes at the end."""
         if self._engine is not None:
             yield from self._engine.sentences()
 

@@ -1,4 +1,4 @@
-"""What a person may watch of a stream while it runs."""
+"""Views of a stream for a person while it runs."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -15,7 +15,7 @@ PERIOD_S: Final = 0.05
 
 @dataclass(frozen=True)
 class View:
-    """What is known after a sample.
+    """Estimates after a sample.
 
     Parameters
     ----------

@@ -69,7 +69,7 @@ class SampleCounts:
 
 @dataclass(frozen=True, eq=False)
 class ReplayMeasures:
-    """What all samples gave.
+    """Measures over all samples.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ Columns = dict[str, Floats | Booleans]
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """How well the bias of k axes was known at each of n samples, by what had come until then.
+    """Quality of the bias of k axes at each of n samples, from earlier samples only.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class Readings:
 
     @property
     def rest(self) -> Booleans:
-        """Where the sensor rested, shape (n, k): a stuck one may as well have moved."""
+        """Mask of rest, shape (n, k); a stuck sensor is left out, since it may have moved."""
         return self.at_rest & ~self.stuck
 
     def certain_rest(self, rate: float) -> Booleans:
@@ -71,7 +71,7 @@ class Readings:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Summary(Result):
-    """What a replay says of a log, without its samples: `table`, and `plot` of the biases.
+    """Summary of a replay without its samples: `table`, and `plot` of the biases.
 
     Parameters
     ----------
@@ -193,12 +193,12 @@ class Replay(Summary, Result):
 
     @property
     def saturated(self) -> Booleans | None:
-        """Which samples are at the end of the sensor's range, shape (n, k), where that is known."""
+        """Mask of samples at the end of the sensor's range, shape (n, k), where that is known."""
         return mask_saturated(self.log.data, self.limit)[1]
 
     @property
     def lost(self) -> Booleans:
-        """Where the sensor was stuck, or saturated, shape (n, k)."""
+        """Mask of samples with a stuck or saturated sensor, shape (n, k)."""
         lost = np.zeros(self.log.data.shape, dtype=np.bool_)
         for part in (self.saturated, None if self.readings is None else self.readings.stuck):
             if part is not None:

@@ -214,7 +214,7 @@ def _run_pipeline(
 def _summarise(
     recording: LogFile, filters: Filters, measures: Measures, horizons: Sequence[float]
 ) -> Summary:
-    """Return what is said of a recording of which all blocks are through."""
+    """Return the summary of a recording after all its blocks."""
     measured = measures.finish()
     counts = measured.sample_counts
     if not counts.present_count.any():
@@ -273,7 +273,7 @@ class _Series:
 
     @property
     def readings(self) -> Readings | None:
-        """What the chosen filter said at every sample, where that is noted."""
+        """State of the chosen filter at every sample, where it is recorded."""
         return None if self._state is None else Readings(*(part.T for part in self._state))
 
 

@@ -1,4 +1,4 @@
-"""What ``zerorate replay`` does: the bias of a gyro, sample by sample as live."""
+"""Bias of a gyro, sample by sample as live: ``zerorate replay``."""
 
 from __future__ import annotations
 
@@ -193,7 +193,7 @@ def replay_to_file(
 
 @dataclass(frozen=True)
 class _ReplayRequest:
-    """What is asked of the filters, and of the reader."""
+    """Request to the filters and to the reader."""
 
     methods: tuple[str, ...]
     horizons: Sequence[float]
@@ -208,7 +208,7 @@ class _ReplayRequest:
         horizons: Sequence[float],
         arguments: Mapping[str, Any],
     ) -> Self:
-        """Return what was given, sorted and checked."""
+        """Return the request of the arguments, sorted and checked."""
         reading = {name: value for name, value in arguments.items() if name in _READING_OPTIONS}
         options = {name: value for name, value in arguments.items() if name not in _READING_OPTIONS}
         if "data_scale" in options:
@@ -250,6 +250,6 @@ def _load_imu(
 
 
 def files_of(result: Replay, *, panels: Panels = "usual") -> Files:
-    """Return what a replay is saved as: the filtered log and a figure."""
+    """Return the files of a replay: the filtered log and a figure."""
     figure = figure_writer(lambda: result.plot(panels))
     return Files("-zerorate", "", [lambda path: write_log(result.to_log(), path)], (), {"": figure})
