@@ -80,7 +80,7 @@ impl Controller {
 const BIAS: f32 = 0.8;
 const NOISE: f32 = 0.1;
 
-/// What turns, in deg and deg/s, and the gyro on it.
+/// A rotating platform, in deg and deg/s, and the gyro on it.
 #[derive(Clone)]
 struct Platform {
     heading: f32,

@@ -427,13 +427,13 @@ getters! { GyroArray, slf, py, this;
     /// Share of each sensor in the last rate, zero where it was not used: (sensors, 3), with one axis
     /// (sensors,).
     weights: Object<'py> = arrays::array(py, this.shared.bank.weights(), this.shared.axes())?;
-    /// How far each sensor can be trusted: ``"good"``, ``"missing"``, ``"saturated"``, ``"stuck"``,
+    /// Health of each sensor: ``"good"``, ``"missing"``, ``"saturated"``, ``"stuck"``,
     /// ``"excluded"`` or ``"disputed"``.
     health: Bound<'py, PyTuple> = {
         let health = this.shared.bank.health();
         PyTuple::new(py, health.into_iter().map(Health::name))?
     };
-    /// Where the body rests: (3,), with one axis (1,).
+    /// Mask of rest: (3,), with one axis (1,).
     at_rest: Object<'py> = arrays::small(py, &this.shared.bank.at_rest());
     /// Samples so far, the missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
@@ -467,7 +467,7 @@ impl GyroArray {
     }
 }
 
-/// What was known after each sample.
+/// State after each sample.
 struct Seen {
     rate: Vec<f64>,
     bias: Vec<f64>,

@@ -1,4 +1,4 @@
-//! What motion shows of mistaken units and axes, for Python.
+//! Check of units and axes by motion, for Python.
 
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::PyValueError;

@@ -91,7 +91,8 @@ pub fn denoise<'py>(
     Ok((signal, levels.into_pyarray(py), sigma.into_pyarray(py), threshold.into_pyarray(py)))
 }
 
-/// What is left of a record below so many levels, then the details from the last level to the first.
+/// Decompose a record into the approximation below so many levels, then the details from the last
+/// level to the first.
 ///
 /// Raises
 /// ------
@@ -345,7 +346,7 @@ getters! { WaveletDenoiser, slf, py, this;
     wavelet: &'static str = this.first().params().wavelet.name();
     /// Octaves that are denoised.
     level: usize = this.first().params().level;
-    /// What is left of a coefficient: "hard" or "soft".
+    /// Treatment of coefficients above the threshold: "hard" or "soft".
     mode: &'static str = this.first().params().mode.name();
     /// In deviations of the noise.
     threshold: f64 = this.first().params().threshold;

@@ -86,7 +86,7 @@ pub struct LinearKalman {
     shared: Filters,
 }
 
-/// What the methods of all streaming classes ask of a bank.
+/// Interface of a bank for the methods of all streaming classes.
 #[derive(Debug)]
 struct Filters {
     bank: LinearBank,
@@ -344,15 +344,15 @@ impl LinearKalman {
 }
 
 getters! { LinearKalman, slf, py, this;
-    /// What the state becomes in a step: (n, n).
+    /// Transition matrix of a step: (n, n).
     F: Object<'py> = own(slf, |model| (&model.F, [0, 0]))?;
-    /// What is measured of the state: (m, n).
+    /// Measurement matrix: (m, n).
     H: Object<'py> = own(slf, |model| (&model.H, [1, 0]))?;
     /// Covariance of what disturbs the state in a step: (n, n).
     Q: Object<'py> = own(slf, |model| (&model.Q, [0, 0]))?;
     /// Covariance of the noise of a measurement: (m, m).
     R: Object<'py> = own(slf, |model| (&model.R, [1, 1]))?;
-    /// What an input does to the state: (n, p); p is 0 without one.
+    /// Input matrix: (n, p); p is 0 without one.
     B: Object<'py> = own(slf, |model| (&model.B, [0, 2]))?;
     /// The state: (n,), with channels (k, n).
     state: Object<'py> = this.shared.state(py)?;

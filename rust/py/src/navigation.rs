@@ -96,7 +96,7 @@ pub struct NavigationFilter {
     shared: Navigator,
 }
 
-/// What the methods of all streaming classes ask of a bank: one filter.
+/// Interface of a bank for the methods of all streaming classes: one filter.
 #[derive(Debug)]
 struct Navigator {
     channels: Option<usize>,
@@ -275,14 +275,15 @@ impl NavigationFilter {
         )
     }
 
-    /// What ``process`` does, with arrays: times (n,), samples (n, 3), and of m fixes the rows time,
-    /// position (deg, deg, m), velocity, deviations of both, shape (m, 13), NaN where a fix tells nothing.
-    /// ``wheel_speed`` is that of each sample, (n,), or rows of time, speed and deviation, (w, 3), in order.
-    /// A fix is taken after the first sample that is not before it, and so are wheels. Returns by name what is known after
-    /// each sample, and of each fix its ``verdict`` (used, rejected, refused, or 3 if it comes after the
-    /// last sample), ``nis`` (m, 2), what was new of each axis of position and velocity as ``innovation``
-    /// (m, 6), with its deviation ``innovation_sigma`` (m, 6), and when it was ``taken``, s; with ``record``
-    /// also what the smoother needs, else None. The interpreter lock is released.
+    /// Do the work of ``process`` with arrays: times (n,), samples (n, 3), and of m fixes the rows
+    /// time, position (deg, deg, m), velocity, standard deviations of both, shape (m, 13), NaN for
+    /// what a fix lacks. ``wheel_speed`` has a speed for each sample, (n,), or rows of time, speed
+    /// and standard deviation, (w, 3), in order. A fix is taken after the first sample that is not
+    /// before it, and so are wheels. Returns by name the state after each sample, and of each fix
+    /// its ``verdict`` (used, rejected, refused, or 3 if it comes after the last sample), ``nis``
+    /// (m, 2), the ``innovation`` of each axis of position and velocity (m, 6), its standard
+    /// deviation ``innovation_sigma`` (m, 6), and the time at which it was ``taken``, s; with
+    /// ``record`` also the record for the smoother, else None. The interpreter lock is released.
     #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false, wheel_speed=None))]
     // The arguments are those of the method in Python.
     #[allow(clippy::too_many_arguments)]
@@ -416,14 +417,14 @@ getters! { NavigationFilter, slf, py, this;
         let [one, two, three] = VERDICTS;
         named(py, [(one, used), (two, rejected), (three, refused)])?
     };
-    /// What the gate has rejected so far, counted apart: "positions" and "velocities".
+    /// Counts of fixes that the gate has rejected to date: "positions" and "velocities".
     rejected_count: Bound<'py, PyDict> = {
         let [positions, velocities] = this.shared.bank.fixes().rejected_of;
         named(py, [("positions", positions), ("velocities", velocities)])?
     };
-    /// How often the filter went where the positions are, after ten in a row that were rejected.
+    /// Number of moves of the filter to the positions, after ten in a row that were rejected.
     move_count: u64 = this.shared.bank.fixes().moved;
-    /// When it last did so, s, and how far it was, m; None if it never did.
+    /// Time of the last move, s, and its distance, m; None before the first.
     last_move: Option<(f64, f64)> = {
         let FixCounts { moved, last_move: [at, by], .. } = *this.shared.bank.fixes();
         (moved > 0).then_some((at, by))
@@ -455,7 +456,7 @@ fn fix_of(row: &[f64; FIX]) -> Fix {
     }
 }
 
-/// What wheels tell: a speed at each sample, NaN for none, or rows of time, speed and deviation.
+/// Wheel speeds: one at each sample, NaN for none, or rows of time, speed and standard deviation.
 fn rollings(given: &Bound<'_, PyAny>, time: &[f64]) -> PyResult<Vec<Rolling>> {
     let n = time.len();
     let fits = |found: &[usize]| found == [n] || (found.len() == 2 && found[1] == 3);
@@ -471,7 +472,7 @@ fn rollings(given: &Bound<'_, PyAny>, time: &[f64]) -> PyResult<Vec<Rolling>> {
     Ok(all)
 }
 
-/// What a batch gives: names and numbers of what is known after each sample, and of each fix.
+/// Outputs of a batch: names and counts of the numbers after each sample, and of each fix.
 pub const SAMPLE: [(&str, usize); 6] = [
     ("position", 3),
     ("velocity", 3),
@@ -555,10 +556,11 @@ impl NavigationRecord {
         self.steps.len()
     }
 
-    /// What all fixes say of each of K steps, as arrays by name: ``sample``, the index of the sample that
-    /// it ends at; ``begins``, whether the filter began there; the errors of what it knew ``before`` and
-    /// ``after`` the measurements there, and their deviations ``sigma``, (K, 15) in the order of
-    /// `NavigationFilter.sigma`. Without ``deviations`` these are left out, which is many times as fast.
+    /// Smooth each of K steps with all fixes, and return arrays by name: ``sample``, the index of
+    /// the sample that the step ends at; ``begins``, True where the filter began there; the errors
+    /// of its state ``before`` and ``after`` the measurements there, and their standard deviations
+    /// ``sigma``, (K, 15) in the order of `NavigationFilter.sigma`. Without ``deviations`` these
+    /// are left out, which is many times as fast.
     #[pyo3(signature = (deviations=true))]
     fn smoothed<'py>(&self, py: Python<'py>, deviations: bool) -> PyResult<Bound<'py, PyDict>> {
         let count = self.steps.len();
@@ -639,7 +641,7 @@ fn of_axis(
     Ok(Some([white, walk.unwrap_or(usual)]))
 }
 
-/// What is known before the first sample, of an ``Alignment``.
+/// The state before the first sample, of an ``Alignment``.
 fn begun(start: &Bound<'_, PyAny>, wheeled: bool) -> PyResult<Start> {
     let needed = "start must be an Alignment, as zr.align returns it";
     let get = |name: &str| {

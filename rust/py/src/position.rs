@@ -145,9 +145,9 @@ impl PositionFilter {
         this.shared.update_row(slf.py(), &rows)
     }
 
-    /// What ``update`` returns for each fix of a batch: (n, 2) to (n, 2), with channels (n, k, 2) to
-    /// (n, k, 2); ``cn0`` and ``rest`` are (n,), with channels (n, k); ``dt`` is one time for all fixes
-    /// or (n,). The interpreter lock is released.
+    /// Update with each fix of a batch: (n, 2) to (n, 2), with channels (n, k, 2) to (n, k, 2);
+    /// ``cn0`` and ``rest`` are (n,), with channels (n, k); ``dt`` is one time for all fixes or
+    /// (n,). The interpreter lock is released.
     #[pyo3(signature = (
         position, speed=None, cn0=None, rest=None, dt=None, out=None, threads=None
     ))]
@@ -230,15 +230,15 @@ getters! { PositionFilter, slf, py, this;
     /// Slow error that "aided" takes the receiver to have, m east and north, else NaN: (2,), with
     /// channels (k, 2).
     receiver_error: Object<'py> = each(slf, &[2], |known| known.receiver_error.to_vec())?;
-    /// Whether the last fix was missing: bool, with channels (k,).
+    /// True if the last fix was missing: bool, with channels (k,).
     missing: Object<'py> = this.shared.each(py, |one| one.snapshot().missing)?;
-    /// Whether "heading" did not take the last fix: bool, with channels (k,).
+    /// True if "heading" did not take the last fix: bool, with channels (k,).
     held: Object<'py> = this.shared.each(py, |one| one.snapshot().held)?;
     /// Fixes given so far, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
     /// Fixes a second.
     rate: f64 = this.first().params().rate;
-    /// What is made of the fixes.
+    /// Treatment of the fixes.
     method: &'static str = this.first().params().method.name();
 }
 
@@ -253,7 +253,7 @@ fn each<'py>(
     this.shared.arrays(filter.py(), values, shape)
 }
 
-/// What one call gives.
+/// Arguments of one call.
 #[derive(Debug, Clone, Copy)]
 struct Given<'a, 'py> {
     position: &'a Bound<'py, PyAny>,

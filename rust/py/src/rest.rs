@@ -11,7 +11,7 @@ use crate::common::errors::NativeError;
 use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 
-/// Whether a gyro rests, told from its own output alone while samples arrive.
+/// Detection of a gyro's rest, by its own output alone while samples arrive.
 ///
 /// Samples are put together to ticks of a quarter of a second, four samples at least. How much they
 /// vary within a tick at rest, and how far the level of a tick lies from averages of 1, 4 and 16 s,
@@ -102,7 +102,7 @@ impl RestDetector {
 }
 
 getters! { RestDetector, slf, py, this;
-    /// Whether the sensor rests: bool, with channels (k,).
+    /// True if the sensor rests: bool, with channels (k,).
     at_rest: Object<'py> = this.shared.each(py, Core::at_rest)?;
     /// Samples a second.
     rate: f64 = this.first().rate();
@@ -114,7 +114,7 @@ impl RestDetector {
     }
 }
 
-/// Whether a body moves, told from its accelerometer alone while samples arrive.
+/// Detection of a body's motion, by its accelerometer alone while samples arrive.
 ///
 /// A gyro that turns slowly at one rate gives what one with a bias gives at rest. In the axes of a
 /// body that turns, gravity turns as well, unless it turns about the vertical. Means of 1, 2, 4, …, 64
@@ -195,7 +195,7 @@ impl MotionDetector {
 }
 
 getters! { MotionDetector, slf, py, this;
-    /// Whether the body is known to move: bool, with channels (k,).
+    /// True if the body is known to move: bool, with channels (k,).
     moving: Object<'py> = this.shared.each(py, MotionCore::is_moving)?;
     /// Samples a second.
     rate: f64 = this.first().rate();

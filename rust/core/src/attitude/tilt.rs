@@ -18,10 +18,10 @@ const MAX_SPAN: f64 = 1e9;
 const MAX_SAMPLE: f64 = 1e150;
 const MAX_STATE: f64 = 1e170;
 const MAX_VARIANCE: f64 = 1e100;
-/// What rounding may cost the variance of a difference, relative to what was there before.
+/// Largest loss of a difference's variance by rounding, relative to the terms.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// How rate and angle are joined.
+/// Combination of rate and angle.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum TiltMethod {
     /// The complementary filter of first order.
@@ -123,12 +123,12 @@ pub const TILT_CONSTANTS: &[Constant<TiltConstants>] = &[
     },
 ];
 
-/// What a person chooses.
+/// Parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TiltParams {
     /// Samples a second.
     pub rate: f64,
-    /// How rate and angle are joined.
+    /// Combination of rate and angle.
     pub method: TiltMethod,
     /// The constants of both methods.
     pub constants: TiltConstants,
@@ -185,7 +185,7 @@ impl Tilt {
         })
     }
 
-    /// What was chosen.
+    /// The parameters.
     pub fn params(&self) -> &TiltParams {
         &self.params
     }

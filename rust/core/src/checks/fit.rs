@@ -21,7 +21,7 @@ const COST_FLOOR: f64 = 0.01;
 type Numbers = SVector<f64, SIZE>;
 type Rows = SMatrix<f64, 3, SIZE>;
 
-/// What fits best.
+/// Best fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     /// Of each window.
@@ -32,7 +32,7 @@ pub struct Fit {
     pub sigmas: [f64; SIZE],
 }
 
-/// What a window's scatter counts.
+/// Weighting of a window's scatter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Trust {
     /// As in the fit of a bias: another gyro's axes are not to be taken for errors of this one.

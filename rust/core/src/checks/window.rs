@@ -1,4 +1,4 @@
-//! Which windows of a record tell most, and the triangular means in one.
+//! Choice of the most informative windows of a record, and the triangular means in one.
 
 use nalgebra::Vector3;
 

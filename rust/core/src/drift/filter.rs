@@ -388,7 +388,7 @@ where
         self.scaling.is_some()
     }
 
-    /// What it was started with, if it did not learn that itself.
+    /// Its start, if it did not learn that itself.
     pub fn start(&self) -> Option<&Start<T, N, M>> {
         self.start.as_ref()
     }
@@ -536,7 +536,7 @@ where
         };
     }
 
-    /// Whether a sample proves the scale wrong by many orders, if it was learned and not given.
+    /// True if a sample proves the scale wrong by many orders, if it was learned and not given.
     #[cold]
     fn disproves(&mut self, z: T) -> bool {
         let scale_given = self.start.is_some() || self.params.scale.is_some();

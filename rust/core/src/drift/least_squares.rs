@@ -30,7 +30,7 @@ pub struct Rls<T, const N: usize, const M: usize> {
 #[cfg(feature = "std")]
 crate::math::laned!(Rls [N, M] { growth, parameters, history, unit_upper, diagonal } common {});
 
-/// What the covariance says of the regressor, before the sample is there.
+/// Projection of the covariance on the regressor, before the sample arrives.
 #[derive(Debug, Clone, Copy)]
 pub struct Projection<T, const M: usize> {
     /// `Uᵀ f`.
@@ -212,7 +212,7 @@ where
         Ok(rls)
     }
 
-    /// Whether samples can have made it of `fresh`, which knows nothing.
+    /// True if samples can have made it of `fresh`, which knows nothing.
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
         let known = (0..M).flat_map(|j| (0..M).map(move |i| (i, j)));
         let is_factor = |(i, j): (usize, usize)| match i < j {
@@ -234,7 +234,7 @@ fn learned_max<T: Real>() -> T {
     T::limit(<T::Element as Limits>::MAX_LEARNED)
 }
 
-/// What a person chooses for [`RecursiveLeastSquares`].
+/// Parameters of [`RecursiveLeastSquares`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RlsParams {
     /// λ in (0, 1]; 1 never forgets.

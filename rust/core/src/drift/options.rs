@@ -20,9 +20,9 @@ pub struct Options {
     pub params: Params,
     /// The zones of method robust, whose chain is that of akf; `None` for all others.
     pub robust: Option<RobustParams>,
-    /// What it takes, what it does about motion, and what it returns.
+    /// Input, treatment of motion, and output.
     pub behaviour: Behaviour,
-    /// What rest can be, for the filter that tunes itself.
+    /// Limits of rest, for the filter that tunes itself.
     pub limits: RestLimits,
 }
 
@@ -84,7 +84,7 @@ impl Options {
         AutoParams { rate, startup, scale, behaviour: self.behaviour, limits: self.limits }
     }
 
-    /// Whether the method uses an option.
+    /// True if the method uses an option.
     pub fn uses(&self, option: &DriftOption) -> bool {
         option.methods.contains(&self.method_name())
     }
@@ -105,7 +105,7 @@ pub enum Value {
     Pair((f64, f64)),
 }
 
-/// What values an option takes.
+/// Kind of an option's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A number.
@@ -125,13 +125,13 @@ pub enum Kind {
 pub struct DriftOption {
     /// Its name in Python; on the command line with hyphens.
     pub name: &'static str,
-    /// What values it takes.
+    /// Kind of its values.
     pub kind: Kind,
     /// Unit of a number, empty where it has none.
     pub unit: &'static str,
     /// Its range, as refusals say it.
     pub expected: &'static str,
-    /// What it is, in one sentence without a full stop.
+    /// Its meaning, in one sentence without a full stop.
     pub meaning: &'static str,
     /// The methods that use it.
     pub methods: &'static [&'static str],

@@ -40,7 +40,7 @@ pub struct SensorModel<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
-    /// What `samples` samples of a start-up at `rate` say, their noise taken to be white.
+    /// The model after `samples` samples of a start-up at `rate`, whose noise is assumed white.
     ///
     /// # Errors
     /// None for the constants in use.
@@ -80,7 +80,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
         self.scaling.scale()
     }
 
-    /// Whether a tick's noise is far from what is known: what was learned was not rest.
+    /// True if a tick's noise is far from what is known: what was learned was not rest.
     pub fn is_another(&self, tick: &Tick<T>) -> bool {
         self.noise.is_another(self.scaling.normalised_difference(tick.deviation))
     }
@@ -260,7 +260,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> TickNoise<T> {
         self.of_means.interrupt();
     }
 
-    /// Whether samples of this deviation are so far off that what was learned was not rest.
+    /// True if samples of this deviation are so far off that what was learned was not rest.
     fn is_another(&self, deviation: T) -> bool {
         let (now, known) = (deviation * deviation, self.of_samples);
         now > known * T::of(MAX_VARIANCE_RATIO) || now * T::of(MAX_VARIANCE_RATIO) < known
@@ -351,11 +351,11 @@ pub struct DriftNow<T> {
     pub sigma: T,
     /// Standard deviation of the drift as the walks alone have it: the one of the Kalman step.
     pub walk_sigma: T,
-    /// How it goes on until the next tick.
+    /// Propagation until the next tick.
     pub interim: Interim<T>,
 }
 
-/// What a sample does to the drift before its tick is complete and known to be rest or motion.
+/// Effect of a sample on the drift before its tick is complete and known to be rest or motion.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Interim<T> {
     /// Weight of a sample.

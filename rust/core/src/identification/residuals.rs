@@ -32,7 +32,7 @@ impl Arma<'_> {
         residuals
     }
 
-    /// What the autoregression leaves of the samples.
+    /// The residuals of the autoregression.
     fn autoregress(&self, segment: &[f64], left: &mut [f64]) {
         for (w, z) in left.iter_mut().zip(segment) {
             *w = z - self.centre - self.constant;

@@ -33,7 +33,7 @@ pub(crate) struct Before {
     position: [f64; 3],
 }
 
-/// How the antenna moves, and the deviation of an axis.
+/// Motion of the antenna, and the standard deviation of an axis.
 #[derive(Debug, Clone, Copy)]
 struct Moves {
     velocity: Vector3<f64>,

@@ -71,7 +71,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sums<T> {
         choose(further > rounding, self.highest, lower)
     }
 
-    /// Whether at most `count` distances within `most` can have made it.
+    /// True if at most `count` distances within `most` can have made it.
     pub(super) fn is_valid(&self, count: u32, most: T) -> bool {
         let own = T::of(f64::from(self.count));
         self.count <= count

@@ -87,7 +87,7 @@ impl Moments {
         self.ends = widened(self.ends, values);
     }
 
-    /// How many samples.
+    /// The number of samples.
     pub fn count(&self) -> f64 {
         self.count
     }

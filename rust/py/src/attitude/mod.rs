@@ -35,7 +35,7 @@ use crate::common::work::{in_pieces, interruptible};
 const ROWS: usize = 1 << 8;
 const ROWS_OF_THREADS: usize = 1 << 14;
 
-/// Which way a body points, from its gyro, accelerometer and, if there is one, magnetometer.
+/// Orientation of a body, from its gyro, accelerometer and, if present, magnetometer.
 ///
 /// ``update`` and ``process`` return the orientation, a quaternion w, x, y, z from the axes of the
 /// sensor to those of the earth. The default method has nothing to tune: it integrates the gyro,
@@ -123,7 +123,7 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 #[pyclass(generic, module = "zerorate")]
 #[derive(Debug)]
 pub struct Attitude {
-    /// Whether there is a magnetometer.
+    /// True if there is a magnetometer.
     mag: bool,
     shared: Shared<dyn AttitudeBank>,
 }
@@ -230,8 +230,8 @@ impl Attitude {
         this.shared.update_row(slf.py(), &row)
     }
 
-    /// What ``update`` returns for each sample of a batch: (n, 3) each to (n, 4), with channels
-    /// (n, k, 3) to (n, k, 4). ``dt`` is one time or (n,); the interpreter lock is released.
+    /// Update with each sample of a batch: (n, 3) each to (n, 4), with channels (n, k, 3) to (n, k,
+    /// 4). ``dt`` is one time or (n,); the interpreter lock is released.
     #[pyo3(signature = (gyro, accel, mag=None, dt=None, out=None, threads=None))]
     // The arguments are those of the method in Python.
     #[allow(clippy::too_many_arguments)]
@@ -291,7 +291,7 @@ impl Attitude {
         Ok(found)
     }
 
-    /// What is known of each sample of a record by all of it: as ``trace``, but offline.
+    /// Smooth each sample of a record with all others: as ``trace``, but offline.
     #[pyo3(signature = (gyro, accel, mag=None, dt=None))]
     fn smooth<'py>(
         slf: &Bound<'py, Self>,
@@ -364,11 +364,12 @@ impl Attitude {
         )
     }
 
-    /// What is to be known first of all; with channels a list. "starting" (first second); "clipped" (a
-    /// rate at ``gyro_range``); "rate missing"; "wrong unit" (gravity at rest is none) and "wrong unit?"
-    /// (gravity turns 57 times more or less than the gyro says: deg/s and rad/s); "magnetometer stuck"
-    /// (one value while the body turns); "at rest, or on a rate table: bias_limit" (a steady rate beyond
-    /// ``bias_limit``, of which nothing tells the one from the other); "disturbed", "at rest" or "moving".
+    /// Status of the filter; with channels a list. "starting" (first second); "clipped" (a rate at
+    /// ``gyro_range``); "rate missing"; "wrong unit" (the force at rest is not gravity) and "wrong
+    /// unit?" (gravity turns 57 times faster or slower than the gyro: deg/s and rad/s confused);
+    /// "magnetometer stuck" (one value while the body turns); "at rest, or on a rate table:
+    /// bias_limit" (a steady rate beyond ``bias_limit``: rest and a rate table cannot be
+    /// distinguished); "disturbed", "at rest" or "moving".
     #[getter]
     fn status<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let this = reading(slf)?;
@@ -379,10 +380,11 @@ impl Attitude {
         }
     }
 
-    /// What is done with the magnetometer: "raw" (used as it is: no hard iron is known, or none is
-    /// learned), "known" (the present motion tells the hard iron, which is taken off), "kept" (one known
-    /// before is taken off, or none, whichever keeps the field) or "withheld" (no hard iron explains
-    /// the field: heading by the gyro, for a minute at most); with channels a list.
+    /// Use of the magnetometer: "raw" (used without correction: no hard iron is known, or none is
+    /// learned), "known" (the present motion determines the hard iron, which is subtracted), "kept"
+    /// (an earlier hard iron, or none, is subtracted, whichever keeps the field constant) or
+    /// "withheld" (no hard iron explains the field: heading by the gyro, for a minute at most);
+    /// with channels a list.
     #[getter]
     fn magnetometer_state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let this = reading(slf)?;
@@ -454,7 +456,8 @@ getters! { Attitude, slf, py, this;
     heading: Object<'py> = vectors(slf, &[], |body| vec![body.heading])?;
     /// Up, in the axes of the sensor, of length 1: (3,), with channels (k, 3).
     up: Object<'py> = vectors(slf, &[3], |body| body.up.to_vec())?;
-    /// What gravity alone makes the accelerometer show, in its unit: (3,), with channels (k, 3).
+    /// Specific force that gravity alone causes, in the accelerometer's unit: (3,), with channels
+    /// (k, 3).
     gravity: Object<'py> = vectors(slf, &[3], |body| body.gravity.to_vec())?;
     /// The last specific force without gravity, in the accelerometer's axes and unit, NaN if it was
     /// missing: (3,), with channels (k, 3).
@@ -479,9 +482,9 @@ getters! { Attitude, slf, py, this;
     /// with channels (k,).
     heading_sigma: Object<'py> =
         vectors(slf, &[], |body| vec![body.snapshot.knowledge.heading_sigma])?;
-    /// Whether the body rests: bool, with channels (k,).
+    /// True if the body rests: bool, with channels (k,).
     at_rest: Object<'py> = flags(slf, |body| body.snapshot.knowledge.at_rest)?;
-    /// Whether the magnetic field is another than the one known, by its strength or its dip: bool,
+    /// True if the magnetic field is another than the one known, by its strength or its dip: bool,
     /// with channels (k,).
     disturbed: Object<'py> = flags(slf, |body| body.snapshot.knowledge.disturbed)?;
     /// The magnetometer's hard iron that is taken off each sample, in its unit and, behind a
@@ -499,7 +502,7 @@ getters! { Attitude, slf, py, this;
     rate: f64 = this.shared.bank.params().rate;
     /// The method that estimates.
     method: &'static str = this.shared.bank.method();
-    /// Whether a magnetometer may come.
+    /// True if a magnetometer may come.
     mag: bool = this.mag;
     /// Unit of the gyro's samples.
     gyro_unit: String = unit_of(py, this.shared.bank.params().gyro_unit, &GYRO_UNITS)?;
@@ -618,7 +621,7 @@ fn quaternions<'py>(given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     given.call_method("as_quat", (), Some(&scalar_first))
 }
 
-/// What is known of the gyro before its first sample.
+/// The prior of the gyro before its first sample.
 fn prior(
     py: Python<'_>,
     bias: Option<&Bound<'_, PyAny>>,
@@ -655,13 +658,14 @@ fn prior(
     Ok(())
 }
 
-/// Whether it is a filter that has learned biases.
+/// True if it is a filter that has learned biases.
 fn is_filter(given: &Bound<'_, PyAny>) -> PyResult<bool> {
     Ok(given.hasattr("bias")? && given.hasattr("bias_sigma")?)
 }
 
-/// How well a bias is known that comes without its deviation, rad/s: numbers by so much, what something
-/// has learned by a tenth of it or what it says itself; by a filter that has seen nothing, not at all.
+/// The standard deviation of a bias that comes without one, rad/s: numbers have a fixed one,
+/// learned biases a tenth of themselves or their own; the bias of a filter without samples is
+/// unknown.
 fn believed(given: &Bound<'_, PyAny>, unit: f64) -> PyResult<Option<[f64; 3]>> {
     let numbers = NamedOptions::default().bias_sigma;
     if given.hasattr("__gyro_prior__")? {
@@ -736,7 +740,7 @@ fn in_unit(axes: [f64; 3], usual: [f64; 3], unit: f64) -> String {
     }
 }
 
-/// What times the unit is `x` to the last bit, short if that will do.
+/// The number that times the unit is `x` to the last bit, short if possible.
 fn quotient(x: f64, unit: f64) -> f64 {
     let near = x / unit;
     let short = format!("{near:.14e}").parse().unwrap_or(near);
@@ -744,7 +748,7 @@ fn quotient(x: f64, unit: f64) -> f64 {
     tried.into_iter().find(|found| found * unit == x).unwrap_or(near)
 }
 
-/// What one unit of a sensor is in SI.
+/// The SI value of one unit of a sensor.
 fn factor(py: Python<'_>, unit: &str, si: &str, name: &str) -> PyResult<f64> {
     let found = rules::call(py, Rule::Convert, (1.0, unit, si)).map_err(|_| {
         PyValueError::new_err(format!("{name} must be a unit such as '{si}', got '{unit}'"))

@@ -129,9 +129,8 @@ impl Tilt {
         this.shared.update_row(slf.py(), &row)
     }
 
-    /// What ``update`` returns for each sample of a batch: (n,) and (n,) to (n,), with channels (n, k)
-    /// and (n, k) to (n, k); ``dt`` is one time for all samples or (n,). The interpreter lock is
-    /// released.
+    /// Update with each sample of a batch: (n,) and (n,) to (n,), with channels (n, k) and (n, k)
+    /// to (n, k); ``dt`` is one time for all samples or (n,). The interpreter lock is released.
     #[pyo3(signature = (gyro, angle, dt=None, out=None, threads=None))]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -186,6 +185,6 @@ getters! { Tilt, slf, py, this;
     samples_seen: u64 = this.first().samples_seen();
     /// Samples a second.
     rate: f64 = this.first().params().rate;
-    /// How rate and angle are joined.
+    /// Combination of rate and angle.
     method: &'static str = this.first().params().method.name();
 }

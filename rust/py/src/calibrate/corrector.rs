@@ -187,7 +187,7 @@ impl ImuCorrector {
         square(slf, |correction| &correction.accel_matrix)
     }
 
-    /// What a force adds to the raw gyro: (3, 3).
+    /// Contribution of a force to the raw gyro: (3, 3).
     #[getter]
     fn g_sensitivity<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         square(slf, |correction| &correction.g_sensitivity)
@@ -251,7 +251,7 @@ where
     Ok(ImuCorrector { shared: Shared::new(channels, Box::new(bank) as Box<dyn CorrectorBank>)? })
 }
 
-/// How many numbers a sample has, if they can do with the arguments given; each needs so many.
+/// The count of a sample's numbers, if it suits the arguments given; each needs so many.
 fn checked_inputs(inputs: Option<i128>, given: &[(&str, bool, i128)]) -> PyResult<i128> {
     let needed = given.iter().filter(|(_, given, _)| *given).map(|(_, _, needs)| *needs).max();
     let inputs = inputs.unwrap_or(needed.unwrap_or(3));

@@ -116,8 +116,8 @@ impl TemperatureFilter {
         this.shared.update_row(slf.py(), &row)
     }
 
-    /// What ``update`` returns for each sample of a batch: (n,) and (n,) to (n,), with channels (n, k)
-    /// and one temperature for all, (n,), or (n, k) to (n, k); the interpreter lock is released.
+    /// Update with each sample of a batch: (n,) and (n,) to (n,), with channels (n, k) and one
+    /// temperature for all, (n,), or (n, k) to (n, k); the interpreter lock is released.
     #[pyo3(signature = (z, temperature, out=None, threads=None))]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -168,7 +168,7 @@ getters! { TemperatureFilter, slf, py, this;
     /// Standard deviation of ``slope``, zero where nothing is known of it yet: float, with channels
     /// (k,).
     slope_sigma: Object<'py> = this.shared.each(py, Core::slope_sigma)?;
-    /// Whether the gyro rests, and the bias is being learned: bool, with channels (k,).
+    /// True if the gyro rests, and the bias is being learned: bool, with channels (k,).
     at_rest: Object<'py> = this.shared.each(py, Core::at_rest)?;
     /// Samples given so far, missing ones included.
     samples_seen: u64 = this.first().samples_seen();

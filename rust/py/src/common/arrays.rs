@@ -118,7 +118,7 @@ pub fn taken<'py, T, const N: usize>(
     rules::call(owner.py(), Rule::Samples, (owner.as_any(), names, given))?.extract()
 }
 
-/// Whether it tells nothing of itself, neither rate nor unit.
+/// True if it tells nothing of itself, neither rate nor unit.
 fn is_usual(z: &Bound<'_, PyAny>) -> bool {
     z.is_exact_instance_of::<PyUntypedArray>()
         || z.is_exact_instance_of::<PyFloat>()
@@ -146,7 +146,8 @@ pub fn row(z: &Bound<'_, PyAny>, axes: &[usize]) -> PyResult<Vec<f64>> {
     Ok(samples.values)
 }
 
-/// What loops give most often, without what NumPy asks of any other: that takes ten times as long.
+/// Fast path for the samples that loops give most often, without NumPy's questions: those take ten
+/// times as long.
 #[inline]
 pub fn usual_row(z: &Bound<'_, PyAny>) -> Option<Vec<f64>> {
     if let Ok(list) = z.cast_exact::<PyList>() {

@@ -222,8 +222,8 @@ impl dyn DriftBank {
     }
 }
 
-/// What a replay notes of each axis at every sample: the drift's deviation, whether the filter
-/// learned, and whether the sensor was stuck.
+/// Records of a replay for each axis at every sample: the drift's standard deviation, flag of
+/// learning, and flag of a stuck sensor.
 #[derive(Debug)]
 pub struct Noted<'a> {
     pub sigma: Vec<&'a mut [f64]>,

@@ -342,12 +342,12 @@ impl DriftFilter {
         options::call(slf.py(), &this.options, this.shared.channels, started)
     }
 
-    /// What the filter is doing, with channels a list of k: ``"starting"`` (the bias is the mean so
-    /// far), ``"at rest"`` (it learns), ``"provisional"`` (it learns from what looks like rest but may
+    /// Status of the filter, with channels a list of k: ``"starting"`` (the bias is the mean to
+    /// date), ``"at rest"`` (it learns), ``"provisional"`` (it learns from apparent rest that may
     /// be motion, since nothing louder has been seen yet), ``"in motion"`` (it holds the bias),
     /// ``"no rest yet"`` (the sensor moved before anything was learned; the bias is 0), ``"starting
-    /// anew"`` (the noise learned at the start proved wrong by many orders) or ``"stuck"`` (the
-    /// sensor gives the same sample for longer than chance does; it holds the bias).
+    /// anew"`` (the noise learned at the start was wrong by many orders) or ``"stuck"`` (the sensor
+    /// repeats one sample for longer than chance does; it holds the bias).
     #[getter]
     fn status<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
@@ -364,8 +364,8 @@ getters! { DriftFilter, slf, py, this;
     /// (k,). For ``"auto"`` of noise slower than a quarter second, for the others from R. NaN until
     /// it is known.
     angle_random_walk: Object<'py> = this.each(py, |filter| filter.densities()[0])?;
-    /// How far the bias walks in a root second as learned by ``"auto"``, unit of the samples: float,
-    /// with channels (k,). NaN until it is known, and for the other methods.
+    /// Random walk of the bias in a root second as learned by ``"auto"``, unit of the samples:
+    /// float, with channels (k,). NaN until it is known, and for the other methods.
     rate_random_walk: Object<'py> = this.each(py, |filter| filter.densities()[1])?;
     /// Bias instability B as learned by ``"auto"`` from flicker of the two-sided density B²/(2πf), unit
     /// of the samples: float, with channels (k,). An upper bound where there is no flicker; NaN until
@@ -373,14 +373,14 @@ getters! { DriftFilter, slf, py, this;
     bias_instability: Object<'py> = this.each(py, |filter| filter.bias_instability())?;
     /// Samples given so far, missing ones included.
     samples_seen: u64 = this.shared.bank.filter(0).samples_seen();
-    /// How often a step of the process noise was shortened to keep it positive semidefinite: int,
-    /// with channels (k,).
+    /// Number of steps of the process noise that were shortened to keep it positive semidefinite:
+    /// int, with channels (k,).
     guard_count: Object<'py> = this.each(py, |filter| filter.guard_count())?;
-    /// How often so many outliers of ``"robust"`` followed each other that they were taken for a
-    /// step of the signal: int, with channels (k,).
+    /// Number of runs of outliers of ``"robust"`` so long that they were accepted as a step of the
+    /// signal: int, with channels (k,).
     exit_count: Object<'py> = this.each(py, |filter| filter.exit_count())?;
-    /// How often the scale learned at the start was proved wrong by many orders, upon which noise
-    /// and drift were learned anew: int, with channels (k,).
+    /// Number of restarts after the scale learned at the start was wrong by many orders, upon which
+    /// noise and drift were learned again: int, with channels (k,).
     restart_count: Object<'py> = this.each(py, |filter| filter.restarts())?;
     /// Samples at or beyond ``limit`` so far: int, with channels (k,).
     saturated_count: Object<'py> = this.each(py, |filter| filter.tally().saturated)?;
@@ -401,7 +401,7 @@ getters! { DriftFilter, slf, py, this;
     };
     /// ``"kf"``, ``"akf"``, ``"fading"``, ``"robust"`` or ``"auto"``.
     method: &'static str = this.options.method_name();
-    /// What ``DriftFilter.started`` was given, None for a filter that learns it from its start-up.
+    /// Start given to ``DriftFilter.started``, None for a filter that learns it from its start-up.
     start: Option<Bound<'py, PyDict>> = start::write(py, &this.shared)?;
     /// Every argument that makes such a filter anew: ``DriftFilter(**f.params)``, or
     /// ``DriftFilter.started(f.start, **f.params)`` for one that was started.
@@ -430,7 +430,7 @@ impl DriftFilter {
         Ok(Self { options: bank.filter(0).options(), shared: Shared::new(channels, bank)? })
     }
 
-    /// What is known of the body's motion at each of so many samples; empty if nothing is.
+    /// The known motion of the body at each of so many samples; empty if it is unknown.
     fn motion(&self, moving: Option<&Bound<'_, PyAny>>, n: usize) -> PyResult<Vec<bool>> {
         let Some(moving) = moving else { return Ok(vec![]) };
         self.check_motion()?;

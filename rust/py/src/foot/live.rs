@@ -11,7 +11,8 @@ use crate::common::errors::{NativeError, about};
 use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming, text};
 
-/// Where a sensor on a foot is, while its samples arrive: no receiver, but now and then it stands.
+/// Position of a sensor on a foot, while its samples arrive: no receiver, but now and then it
+/// stands.
 ///
 /// The live form of `FootNavigation`: the same filter, stances as valleys of the same speed bound, seen
 /// from the 1.5 s before, and the rates that it learns from rests. What is told is that of the sample
@@ -102,8 +103,8 @@ impl FootFilter {
         this.shared.update_row(slf.py(), &row)
     }
 
-    /// What ``update`` returns for each sample of a batch: (n, 3) and (n, 3) to (n, 3), with channels
-    /// (n, k, 3) and (n, k, 3) to (n, k, 3). The interpreter lock is released.
+    /// Update with each sample of a batch: (n, 3) and (n, 3) to (n, 3), with channels (n, k, 3) and
+    /// (n, k, 3) to (n, k, 3). The interpreter lock is released.
     #[pyo3(signature = (gyro, accel, out=None, threads=None))]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -156,7 +157,7 @@ impl FootFilter {
 }
 
 getters! { FootFilter, slf, py, this;
-    /// Where it is, m: ahead, left and up of the start; NaN where that is not known: (3,).
+    /// Position, m: ahead, left and up of the start; NaN where it is not known: (3,).
     position: Object<'py> = this.vectors(py, Core::position)?;
     /// m/s: (3,).
     velocity: Object<'py> = this.vectors(py, Core::velocity)?;
@@ -169,9 +170,9 @@ getters! { FootFilter, slf, py, this;
     /// Standard deviations of position, velocity, orientation and biases, as of `FootTrack`; NaN where
     /// nothing is known: (15,).
     sigma: Object<'py> = this.vectors(py, Core::sigma)?;
-    /// Whether the foot stands, as of the last step of the covariance, 0.02 s apart: bool.
+    /// True if the foot stands, as of the last step of the covariance, 0.02 s apart: bool.
     standing: Object<'py> = this.shared.each(py, Core::is_standing)?;
-    /// Whether it has stood still for half a second, from which the gyro's bias is learned: bool.
+    /// True if it has stood still for half a second, from which the gyro's bias is learned: bool.
     at_rest: Object<'py> = this.shared.each(py, Core::is_at_rest)?;
     /// The speed bound of which stances are the valleys, m/s; NaN before it is known.
     bound: Object<'py> = this.shared.each(py, Core::bound)?;

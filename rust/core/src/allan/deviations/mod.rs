@@ -22,7 +22,7 @@ pub struct Estimate {
     pub terms: usize,
 }
 
-/// What is known of one record at each averaging factor.
+/// Variances of one record at each averaging factor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
     /// `None` where there is no term.

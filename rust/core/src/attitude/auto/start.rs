@@ -31,7 +31,7 @@ pub struct Start {
     north: North,
 }
 
-/// What has shown the heading to date.
+/// Source of the heading to date.
 #[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd, Serialize, Deserialize)]
 enum North {
     #[default]
@@ -65,7 +65,7 @@ impl Start {
         *self = Self { north: self.north, ..Self::default() };
     }
 
-    /// Whether a field is the first, or the first that is `known` to be no spike.
+    /// True if a field is the first, or the first that is `known` to be no spike.
     pub fn is_first_field(&mut self, known: bool) -> bool {
         let north = if known { North::Known } else { North::Doubted };
         let first = north > self.north;
@@ -75,7 +75,7 @@ impl Start {
         first
     }
 
-    /// Whether a tick belongs to the start; then the errors are those of a mean force over the time.
+    /// True if a tick belongs to the start; then the errors are those of a mean force over the time.
     pub fn observe(&mut self, elapsed: f64, errors: &mut Errors) -> bool {
         if self.over || self.sum == 0.0 {
             return !self.over;

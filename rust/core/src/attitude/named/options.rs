@@ -1,4 +1,4 @@
-//! What a person chooses of the named methods: one table of their constants.
+//! Options of the named methods: one table of their constants.
 
 use serde::{Deserialize, Serialize};
 
@@ -69,7 +69,7 @@ pub struct Constant<C: 'static = Constants> {
     pub range: [f64; 2],
     /// The same in words, as refusals say it.
     pub expected: &'static str,
-    /// What it is, in one sentence without a full stop.
+    /// Its meaning, in one sentence without a full stop.
     pub meaning: &'static str,
     /// The methods that use it.
     pub methods: &'static [&'static str],
@@ -80,7 +80,7 @@ pub struct Constant<C: 'static = Constants> {
 }
 
 impl<C> Constant<C> {
-    /// Whether the value is in its range.
+    /// True if the value is in its range.
     ///
     /// # Errors
     /// [`Error::Parameter`] if it is not.
@@ -180,10 +180,10 @@ pub const CONSTANTS: &[Constant] = &[
     },
 ];
 
-/// What a person may say of the sensor and of the method.
+/// Options for the sensor and for the method.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NamedOptions {
-    /// Whether there is a magnetometer; without one the heading at the start is chosen.
+    /// True if there is a magnetometer; without one the heading at the start is chosen.
     pub mag: bool,
     /// The gyro's output without rotation, rad/s, for methods that learn it.
     pub bias: [f64; 3],

@@ -73,7 +73,7 @@ impl Thermometer {
         (self.sum, self.count, self.changed) = (0.0, 0, false);
     }
 
-    /// Whether temperatures can have made it, in ticks of so many samples.
+    /// True if temperatures can have made it, in ticks of so many samples.
     pub fn is_valid(&self, length: u32) -> bool {
         // A mean is off by some roundings.
         let most = MAX_KELVIN * (1.0 + 1e-6);

@@ -11,7 +11,7 @@ use crate::drift::Method;
 use crate::math::{Lane, Laned, MAX_LANES, Mask, Real, laned};
 use crate::stream::{Block, Scaling, Watch};
 
-/// How many filters share a register.
+/// Number of filters in one register.
 pub struct Width;
 
 impl WithSimd for Width {
@@ -26,9 +26,8 @@ laned!(DriftLoop [N, M]
     { model, measurement_noise, process_noise, state, last, count, peak, guards }
     common { adapts_measurement_noise, adapts_process_noise, learning_left });
 
-/// What filters must have in common to take the same branches for a number of samples: method,
-/// noise, for how many of these they learn, and when their scales are looked at. None before the
-/// start-up is over.
+/// Common properties of filters that take the same branches for a number of samples: method, noise,
+/// samples to learn, and times at which scales are checked. None before the start-up is over.
 type Phase = Option<(Method, AllanKind, u64, u64)>;
 
 impl<const N: usize, const M: usize> DriftFilter<f64, N, M> {
@@ -92,7 +91,7 @@ fn one_by_one<const N: usize, const M: usize>(
     }
 }
 
-/// Whether a row proves the scale of one of the filters wrong.
+/// True if a row proves the scale of one of the filters wrong.
 #[inline(never)]
 fn disproves<const N: usize, const M: usize>(
     filters: &mut [DriftFilter<f64, N, M>],

@@ -69,7 +69,7 @@ impl Spectrum {
         scale.is_finite().then_some(Self { power, delays, arch: Arch::new() })
     }
 
-    /// What a pass over the record would sum up, with the constant that makes the mean zero.
+    /// The sums of a pass over the record, with the constant that makes the mean zero.
     fn sums(&self, phi: &[f64], theta: &[f64], count: f64) -> Sums {
         let by_lag = self.arch.dispatch(Lagged { spectrum: self, phi, theta });
         let (p, q) = (phi.len(), theta.len());

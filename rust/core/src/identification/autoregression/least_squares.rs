@@ -113,7 +113,7 @@ impl Factor {
         (first..self.size()).rev().find(|&j| self.is_rounding(j)).map(|j| j + 1 - first)
     }
 
-    /// Whether y_t follows from the samples before it.
+    /// True if y_t follows from the samples before it.
     fn is_noiseless(&self) -> bool {
         self.is_rounding(self.size())
     }

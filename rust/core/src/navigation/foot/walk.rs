@@ -19,7 +19,7 @@ pub struct Walk<'a> {
     rest: usize,
 }
 
-/// What was known after each sample.
+/// State after each sample.
 #[derive(Debug)]
 pub struct Trodden<'a> {
     /// From where it began, m: ahead, right and down of where the sensor's first axis looked.
