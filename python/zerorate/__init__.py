@@ -153,7 +153,7 @@ def _rule(module: str, name: str) -> Callable[..., Any]:
     return lambda *given, **named: getattr(import_module(module), name)(*given, **named)
 
 
-# Compiled classes know no module of the package: they are told what they go by.
+# Compiled classes know no module of the package: their rules are registered here.
 register(
     convert=_rule("zerorate.units", "convert"),
     without_masks=_rule("zerorate.record.missing", "without_masks"),

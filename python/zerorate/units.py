@@ -2,7 +2,7 @@
 
 Everything inside the package is SI with angles in radians; degrees, hours and g exist only here,
 on the command line, in tables and in plots. Units are grouped by kind, and only units of one kind
-convert into each other: an angle random walk in deg/sqrt(h) is not a rate in deg/h, however alike
+convert into each other: an angle random walk in deg/sqrt(h) is not a rate in deg/h, however similar
 they look.
 """
 

@@ -191,10 +191,10 @@ class TestStream:
         ]
         code, _, errors = streamed(LINES, *options, "--frame", "ned")
         assert code == 2
-        check_line(errors, "it was made with --frame enu, now it is ned; --force begins anew")
+        check_line(errors, "it was made with --frame enu, now it is ned; --force starts again")
         code, _, errors = streamed(LINES, "--rate", "100", "--checkpoint", tmp_path / "state")
         assert code == 2
-        check_line(errors, "it is of the engine 'attitude', not of 'drift'; --force begins anew")
+        check_line(errors, "it is of the engine 'attitude', not of 'drift'; --force starts again")
 
     @pytest.mark.parametrize(
         ("options", "match"),

@@ -35,7 +35,7 @@ _TICK_S: Final = 0.25
 _READMISSION_S: Final = 10.0
 """Seconds of agreement after which a sensor is back."""
 _MIN_VOTERS: Final = 3
-"""Sensors of which one can be told to be wrong."""
+"""Fewest sensors of which one can be found wrong."""
 _MAX_TYPICAL_RATIO: Final = 5.0
 """Times what half of the sensors differ by in the same tick: biases, motion without levers."""
 _MAX_SIGMAS: Final = 9.0
@@ -156,7 +156,7 @@ def fuse_accelerometers(
     positions : array_like, shape (N, 3), optional
         Of the sensors in the axes of the body, m, from the point for which the result is wanted.
     weights : {"auto", "mean", "white"} or array_like, shape (N,)
-        By noise and scale error; alike; by noise alone; or as given. An accelerometer always feels
+        By noise and scale error; equal; by noise alone; or as given. An accelerometer always feels
         gravity, so "auto" is close to the mean unless a sensor is far noisier than others.
     limit : float, optional
         Size at which a sample is at the end of the sensors' range, and missing, in `accel_unit`.

@@ -147,7 +147,7 @@ def find_rotations(
 
     Biases are taken off as they are learned at rest. Means over an eighth of a second in motion
     then give the rotation that brings the rates of each sensor closest to those of the first:
-    Wahba's problem, by singular values. All directions of the motion count alike, however much of
+    Wahba's problem, by singular values. All directions of the motion count equally, however much of
     it each has, so that scale errors do not turn the result. The standard errors are those of a
     jackknife over ten parts of the motion, so they hold what parts disagree about, whatever the
     cause. Axes that are not at right angles have no rotation of their own: what is found lies
@@ -378,7 +378,7 @@ def _part_sums(first: Floats, second: Floats) -> Floats:
 def _closest_rotation(across: Floats, squares: Floats) -> Floats:
     """Return the rotation R that brings v closest to u, of the sums of v u^T and of u u^T.
 
-    Directions of u count alike, down to a share of motion in which noise would decide.
+    Directions of u count equally, down to a share of motion in which noise would decide.
     """
     sizes, directions = np.linalg.eigh(squares)
     even = directions / np.maximum(sizes, _MIN_EVEN_SHARE * sizes[-1]) @ directions.T

@@ -228,7 +228,7 @@ def _check_arguments(
     constant = np.flatnonzero(~np.any(np.einsum("tii->ti", parts.matrix) > 0.0, axis=0))
     if constant.size:
         raise ValueError(
-            f"{names[constant[0]]} does not vary, or by nothing beside the others: "
+            f"{names[constant[0]]} does not vary, or by nothing compared with the others: "
             "leave it out of the array"
         )
 

@@ -12,7 +12,7 @@ _AXIS_COUNT: Final = 3
 def find_sensors(recording: Recording, calibration: Calibration) -> dict[str, str]:
     """Return the names of gyro and accelerometer that a calibration was made of.
 
-    They are told by their channels; where none are so named it is the first of each kind.
+    They are found by the names of their channels; without such names it is the first of each kind.
     """
     channels = {"gyro": calibration.origin.gyro, "accel": calibration.origin.accel}
     names = {}

@@ -186,7 +186,7 @@ def _chi_squared(difference: Floats, covariance: Floats, indices: Integers) -> f
     submatrix = covariance[np.ix_(indices, indices)]
     size = np.sqrt(np.diagonal(submatrix))
     correlation, z = submatrix / np.outer(size, size), difference[indices] / size
-    # Parameters that are hardly told apart must not make a difference of rounding count.
+    # Between parameters that are hardly distinguishable a difference of rounding must not count.
     return float(z @ np.linalg.pinv(correlation, rcond=1e-12, hermitian=True) @ z)
 
 

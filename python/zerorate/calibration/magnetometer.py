@@ -295,7 +295,7 @@ class MagnetometerCalibration(Result):
     to_ardupilot = to_ardupilot
 
     def to_json(self, path: str | os.PathLike[str] | None = None) -> str:
-        """Return the calibration as JSON, exact to the last bit, and write it where told."""
+        """Return the calibration as JSON, exact to the last bit, and write it to a given file."""
         content = {
             "format": _FORMAT,
             "version": _VERSION,

@@ -162,7 +162,7 @@ def corrector(
         Numbers in a sample: the gyro; gyro and accelerometer (the default); these and the
         temperature, degC. All are raw, in the units of the calibration.
     channels : int, optional
-        Sensors of one kind that are corrected alike; by default one.
+        Sensors of one kind that get the same correction; by default one.
 
     Returns
     -------
@@ -436,7 +436,7 @@ def _apply_to_recording(
 def _join_inputs(
     gyro: Log, accel: Log | None, temperature: Log | None, calibration: Calibration
 ) -> Floats:
-    """Return the samples of a gyro beside what acts on it, at the gyro's times."""
+    """Return the samples of a gyro with the inputs of its correction, at the gyro's times."""
     parts = [_three_axis_data(gyro, "gyro")]
     has_temperature = calibration.temperature_model is not None and temperature is not None
     if accel is not None:

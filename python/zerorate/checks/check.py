@@ -31,7 +31,7 @@ from zerorate.units import UNITS, convert
 
 _TICK_S: Final = 0.02
 _MIN_DURATION_S: Final = 20.0
-"""Seconds without which nothing is told."""
+"""Shortest recording for a check, s."""
 _MIN_RATE_HZ: Final = 10.0
 """Hz of a sensor whose samples follow a motion."""
 _COST_FLOOR, _FIELD_COST_FLOOR = 0.01, 0.05
@@ -247,7 +247,7 @@ def _describe_likely(decision: Decision, axes: str) -> str:
     others = [f"({sense})" for sense in format_senses(decision.remaining)[1:4]]
     if decision.other_units:
         others.append("some in another unit")
-    return f"{axes}; that is the likeliest of several that fit, beside {', '.join(others)}"
+    return f"{axes}; that is the likeliest of several that fit; the others are {', '.join(others)}"
 
 
 def _is_consistent(finding: Finding) -> bool:

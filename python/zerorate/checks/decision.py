@@ -103,7 +103,7 @@ def _is_beaten(costs: Costs, candidate: Floats, best: Floats) -> bool:
 
 
 def _find_quiet_units(costs: Costs) -> Booleans:
-    """Return the units whose senses are all alike, and good: so slow that no axis can be told."""
+    """Return the units whose senses all fit equally well: so slow that no axis shows."""
     means, null = costs.costs.mean(axis=2), float(costs.null.mean())
     floor = costs.floor**2
     tied = means.max(axis=1) + floor <= _TIE_RATIO * (means.min(axis=1) + floor)
@@ -144,7 +144,7 @@ def decide(costs: Costs, *, refit: Callable[[], Floats] | None = None) -> Decisi
         return Decision("unit only", best[0], np.arange(48), IDENTITY, where, margin.ratio)
     other_units = int(tied.sum()) > len(remaining)
     if other_units and best[0] != 0:
-        # Units that cannot be told apart, of which the given one does not fit best: none is named.
+        # Units that cannot be distinguished, of which the given one is not the best: none is named.
         return _decide_nothing("doubt", costs, explained)
     return Decision(
         "mistake",

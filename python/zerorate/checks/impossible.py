@@ -114,7 +114,7 @@ def mask_impossible_rates(recording: Recording, gyro: str) -> tuple[Recording, t
 class ImpossibleRateDetector:
     """Tells of each sample as it comes what `find_impossible_rates` says of the batch.
 
-    A sample beyond the range is told at once. One that may be a spike is taken for one until the
+    A sample beyond the range is left out at once. One that may be a spike counts as one until the
     next has come, and `revised` says then if it was motion.
 
     Parameters

@@ -396,7 +396,7 @@ PREPARATIONS: Final = (
     ),
     Preparation(
         CLIPPED,
-        "samples at the largest value of an axis, and the flanks beside them",
+        "samples at the largest value of an axis, and the flanks next to them",
         "`zerorate.checks.restore_recording` has them",
         "restored where nothing else explains them; replay, allan, identify and compare take rates "
         "as measured, and an alarm says so",

@@ -15,7 +15,7 @@ _PANEL: Final = "Several gyros of one body"
 _FIND: Final = "find"
 _WEIGHTS: Final = ("auto", "mean", "white")
 _LIMITS: Final = ("limit", "rest_limit", "bias_limit")
-"""Options of the filter that an array has, too, besides its method."""
+"""Options of the filter that an array has, too, apart from its method."""
 
 
 def _fusion_flag(name: str) -> str:
@@ -62,8 +62,8 @@ class OfArray:
     )
     weights: str | Sequence[float] | None = option(
         None,
-        "How much each sensor counts: auto (by noise at rest, by scale errors in motion), "
-        "mean (alike), white (by white noise), or numbers, e.g. 0.5,0.3,0.2. Default: auto.",
+        "Weight of each sensor: auto (by noise at rest, by scale errors in motion), "
+        "mean (equal), white (by white noise), or numbers, e.g. 0.5,0.3,0.2. Default: auto.",
         metavar="WORD",
         parse=_parse_weights,
     )

@@ -55,7 +55,7 @@ def _guide(result: Replay, outputs: Outputs) -> str:
         "error').",
         f"Look at {outputs.figures[0]}: raw samples on top, below the bias of each axis with its "
         "uncertainty.",
-        f"{outputs.log} is the filtered log: raw minus bias, with the bias beside it.",
+        f"{outputs.log} is the filtered log: raw minus bias, and the bias in columns of its own.",
         "Next: zerorate replay LOG does the same with a log of yours.",
     )
     return "\n".join(map(wrap_prose, sentences))

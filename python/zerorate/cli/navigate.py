@@ -173,7 +173,7 @@ class _Body:
         None,
         "From the sensors to the antenna, m forward, right, down. By default as the "
         "file's metadata say, or about 0,0,0. It is estimated: within --antenna-sigma, by "
-        "default 0.05 m where it is told and 1 m where it is not.",
+        "default 0.05 m where it is stated and 1 m where it is not.",
         metavar="X,Y,Z",
         parse=_PARSE_VECTOR,
     )

@@ -31,7 +31,7 @@ AccelName: TypeAlias = Annotated[
 NoAccel: TypeAlias = Annotated[
     bool,
     Option(
-        "Leave an accelerometer alone that the log has beside its gyro; else no rate is taken "
+        "Ignore the accelerometer of the log. By default no rate is taken "
         "for a bias while it shows motion.",
         panel=PANEL,
     ),

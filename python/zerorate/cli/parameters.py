@@ -264,7 +264,7 @@ class Taker:
 
 
 def _without_none(hint: Any) -> Any:  # noqa: ANN401
-    """Return the type that a parameter takes besides None."""
+    """Return the type that a parameter takes, apart from None."""
     kinds = [one for one in get_args(hint) if one is not NoneType]
     return kinds[0] if get_origin(hint) in (Union, UnionType) else hint
 

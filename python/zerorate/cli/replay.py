@@ -90,8 +90,9 @@ def replay(
     """Remove the bias from every axis of a log.
 
     Prints the bias with its standard deviation, and writes the filtered log and a figure: the log
-    holds raw minus bias under the names of the raw columns, and beside them the bias, its standard
-    deviation, rest, and a stuck or saturated sensor. The default method, auto, needs no settings.
+    holds raw minus bias under the names of the raw columns, and in extra columns the bias, its
+    standard deviation, rest, and a stuck or saturated sensor. The default method, auto, needs no
+    settings.
     """
     of_array = array.arguments(fusion, options)
     if of_array is not None:

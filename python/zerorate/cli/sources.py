@@ -19,7 +19,7 @@ from zerorate.tasks.live.sources import SOURCES, AddressError, live_source
 
 @dataclass(frozen=True)
 class Origin:
-    """Options of where samples come from, besides a file."""
+    """Options for sources of samples other than a file."""
 
     udp: str | None = option(
         None, "Take datagrams of this machine, answer to their sender.", metavar="HOST:PORT"

@@ -146,7 +146,7 @@ class _Saves:
     )
     every: float = option(1.0, "Seconds of samples between two saves.")
     position: bool = option(False, "Print the sample that the checkpoint goes on with.")
-    force: bool = option(False, "Begin anew if the checkpoint cannot be used.")
+    force: bool = option(False, "Start again if the checkpoint cannot be used.")
 
     def printed_position(self) -> int:
         """Return the sample that the checkpoint goes on with."""
@@ -177,7 +177,7 @@ class _Saves:
         except (DataFault, UsageFault) as fault:
             if self.force:
                 return new
-            raise type(fault)(f"{fault}; --force begins anew") from None
+            raise type(fault)(f"{fault}; --force starts again") from None
 
 
 def stream(

@@ -14,13 +14,13 @@ _MIN_PEAK_RATIO: Final = 4.0
 _MIN_FREQUENCY_HZ: Final = 5.0
 """Hz below which motion is, and no vibration."""
 _MIN_WINDOWS: Final = 12
-"""Windows of a second without which nothing is told."""
+"""Fewest windows of a second for a finding."""
 _MIN_PEAK_MOTION_HZ: Final = 1.5
 """Hz by which a peak must move; of one that stands, nothing tells where it comes from."""
 _MIN_SECTION_BINS: Final = 16
 """Bins, at least, whose median is what is around a peak."""
 _RESOLUTION_BINS: Final = 3.0
-"""Bins within which a folded peak and a harmonic that is not cannot be told apart."""
+"""Bins within which an aliased peak and a harmonic cannot be distinguished."""
 _MAX_CHANCE: Final = 1e-6
 
 

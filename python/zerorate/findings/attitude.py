@@ -265,7 +265,7 @@ def _check_log_inclination(
 
 
 def _angle_between_lines(one: Floats, other: Floats) -> Floats:
-    """Return the angle between two lines, deg: up and down count alike."""
+    """Return the angle between two lines, deg: up and down count the same."""
     angle = _angles_between(one, other)
     return np.asarray(np.minimum(angle, 180.0 - angle))
 

@@ -22,7 +22,7 @@ _STATUS_TOPIC, _ESTIMATOR_TOPIC = "vehicle_imu_status", "estimator_status"
 _VIBE_TOPIC: Final = "VIBE"
 _FORMATS: Final = ("ulog", "dataflash", "dataflash text")
 _MIN_ROWS: Final = 5
-"""Rows of a topic without which nothing is told."""
+"""Fewest rows of a topic for a finding."""
 
 
 class TopicRows(NamedTuple):
@@ -115,7 +115,7 @@ def _check_level(name: str, kind: str, values: Floats, times: Floats) -> Iterato
 
 
 def _check_clips(name: str, sensor: str, counts: Floats, times: Floats) -> Finding:
-    """Return by how much a counter grew, which may begin anew."""
+    """Return the increase of a counter, which may restart."""
     steps = np.diff(counts)
     steps = np.where(steps < 0, counts[1:], steps)
     growth, limit = float(steps.sum()), LIMITS["clips"]

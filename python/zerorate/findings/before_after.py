@@ -197,7 +197,7 @@ _Key = tuple[str, str, str, int]
 
 
 def _index_findings(report: Report) -> dict[_Key, Finding]:
-    """Return findings by section, kind and sensor, and their number among those alike."""
+    """Return findings by section, kind and sensor, and their number among equal ones."""
     index: dict[_Key, Finding] = {}
     occurrences: Counter[tuple[str, str, str]] = Counter()
     for finding in report.findings:

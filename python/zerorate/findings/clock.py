@@ -73,7 +73,7 @@ def _make_finding(
 
 
 _ADVICE: Final = {
-    "gaps": "Log to a faster medium or log less beside; then compare the lost share.",
+    "gaps": "Log to a faster medium or log fewer other topics; then compare the lost share.",
     "break": "Look whether logging was stopped on purpose; the parts are judged together here.",
 }
 

@@ -8,7 +8,7 @@ from zerorate.record.recording import Recording
 
 SECTION = "What is here"
 _SLOW_RATE_HZ = 50.0
-"""Hz below which motion and vibration are not told apart."""
+"""Hz below which motion and vibration are not distinguished."""
 
 
 def contents_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:

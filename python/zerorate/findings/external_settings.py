@@ -31,7 +31,7 @@ class LogModels(NamedTuple):
     """Models of a log for the settings of other programs.
 
     A model of the noise of the gyro and one of the accelerometer, a calibration, and why there is
-    none; None, or empty, where nothing is told.
+    none; None, or empty, where nothing is known.
     """
 
     gyro: NoiseModel | None

@@ -66,7 +66,7 @@ LIMITS: Final[Mapping[str, Limit]] = {
     "missing samples": Limit("share of samples without a number", "%", 0.1, 10.0),
     # A tenth of a percent is six samples of a minute at 100 Hz; a hundredth of all is lost motion.
     "at its limit": Limit("share of samples at their limit", "%", 0.1 / _LOOK_DIVISOR, 1.0),
-    # Half a period of 2.5 Hz: what a hand or a foot does in it, the samples beside do not tell.
+    # Half a period of 2.5 Hz: the neighbouring samples do not determine a hand's motion in it.
     "at its limit, longest": Limit("longest time at the limit", "s", math.inf, 0.2),
     "soft limit": Limit(
         "share of samples at a limit that is not flat", "%", 0.1 / _LOOK_DIVISOR, math.inf

@@ -57,7 +57,7 @@ def _list_missing(
             "Twelve poses and more, five seconds each, with turns between them",
         )
     if "temperature" not in recording:
-        yield "the bias by temperature", "The sensor's temperature, beside its samples"
+        yield "the bias by temperature", "The sensor's temperature, with its samples"
     elif any(one.kind == "bias by temperature" and one.value is None for one in findings):
         yield "the bias by temperature", "Still from cold until it is warm, and cool again"
     yield from _list_missing_motion(recording, findings)

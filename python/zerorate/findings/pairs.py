@@ -24,11 +24,11 @@ _TURNING_RATE_RAD_S: Final = 0.2
 _MIN_TURNING_BLOCKS: Final = 20
 """Blocks that turn, without which turns tell nothing."""
 _MAX_ROTATION_SIGMA_DEG: Final = 1.0
-"""Error, deg, with which a rotation is still told."""
+"""Largest error of a rotation that is reported, deg."""
 _MAX_DELAY_SIGMA_MS: Final = 5.0
-"""Error, ms, with which a delay is still told."""
+"""Largest error of a delay that is reported, ms."""
 _MAX_SCALE_SIGMA: Final = 0.01
-"""Error with which a scale is still told."""
+"""Largest error of a scale that is reported."""
 _MIN_CALM_BLOCKS: Final = 8
 _MAX_TILT_RAD: Final = math.radians(10.0)
 _OUTLIER_RATIO: Final = 3.0

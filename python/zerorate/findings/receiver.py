@@ -28,7 +28,7 @@ _MAX_NAVIGATED_S: Final = 900.0
 _LEAD_S: Final = 60.0
 """Seconds of them before it first moves."""
 _MIN_FIXES: Final = 30
-"""Fixes without which nothing is told."""
+"""Fewest fixes for a finding."""
 _COARSE_OFFSET_S: Final = 1.0
 _CHI2_MEDIAN: Final = 2.366
 """Of chi squared of three degrees: of the innovations of a position, or of a velocity."""
@@ -74,7 +74,7 @@ def receiver_findings(
         if all(candidate.what == "clock" for candidate in mistakes):
             yield from _check_navigation(sensors, fixes, checks, gyro)
     except LogError:
-        text = "The fixes lead no track in this log: neither their clock nor their errors are told."
+        text = "The fixes lead no track in this log: their clock and their errors are unknown."
         yield Finding(SECTION, "track", "good", text, figure=gyro.figure)
 
 

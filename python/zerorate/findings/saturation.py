@@ -11,7 +11,7 @@ from zerorate.record.runs import runs, runs_of_rows
 from zerorate.types import Booleans, Floats, Integers
 
 _MIN_SAMPLES: Final = 100
-"""Samples without which nothing is told."""
+"""Fewest samples for a finding."""
 _MIN_SPAN_STEPS: Final = 20.0
 """Steps of the numbers that half the span of an axis must have."""
 _MIN_RUN: Final = 3
@@ -22,13 +22,13 @@ _PEAK_BIN_RATIO: Final = 4.6
 """Samples in the highest bin of equal smooth peaks over those of a bin beneath: a bin of width w
 holds them as √w, and the eight bins beneath (√9 − √1) √w / 8 on average, or fewer on a grid."""
 _MAX_CHANCE: Final = 1e-7
-"""Chance of so many equal samples that is told: a log has a dozen axes and signs, people many."""
+"""Largest chance of so many equal samples for a finding: a log has a dozen axes and signs."""
 _TOP_SAMPLES: Final = 1000
 """Largest samples, which tell the step where the whole tells none."""
 _SOFT_BAND_FRACTION: Final = 0.03
 """Part of the largest value in which a limit is that is not flat."""
 _MIN_EXCURSIONS: Final = 5
-"""Excursions into that band without which no soft limit is told."""
+"""Fewest excursions into that band for a soft limit."""
 _MIN_FLATNESS: Final = 10.0
 """Steepness at the edge times time in the band over its height: 4 of a parabola, up to 7 as it is
 sampled three times."""

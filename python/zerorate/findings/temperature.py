@@ -34,7 +34,7 @@ def temperature_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[
             continue
         name = imu.gyro.name
         log = recording.get(name.replace("gyro", "temperature"))
-        # Thermometers are counted by themselves: those beside every sample are of the same sensor.
+        # Thermometers are counted by themselves: one with every sample is of the same sensor.
         if log is not None and log.channels == 1 and (name == "gyro" or log.n == imu.gyro.log.n):
             yield _check_imu(imu, log)
 

@@ -18,7 +18,7 @@ SECTION: Final = "Vibration in motion"
 _MIN_RATE_HZ: Final = 90.0
 """Hz below which the samples show a small part of a vibration."""
 _MIN_BLOCKS: Final = 10
-"""Blocks in motion without which nothing is told."""
+"""Fewest blocks in motion for a finding."""
 _MAX_WINDOWS: Final = 400
 """Windows of a second that tell the spectrum."""
 _CHUNK_BLOCKS: Final = 2000

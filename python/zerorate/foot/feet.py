@@ -24,7 +24,7 @@ _PRIOR_SIGMAS: Final = (0.5, 0.1)
 _BOUND_SIGMA_M: Final = 0.1
 """Deviation of the bound, m."""
 _STEP_SIGMAS: Final = (0.005, 0.005)
-"""Deviation of each step besides that of its heading: m, and as a part of it."""
+"""Standard deviation of each step without that of its heading: m, and as a part of it."""
 _MIN_HEADING_SIGMA_RAD: Final = 1e-4
 """Least deviation by which a heading drifts from one stance to the next, rad."""
 _MIN_COMMON_S: Final = 5.0
@@ -40,7 +40,7 @@ _COMPARED_QUANTITIES: Final = (
 
 
 _STANCE_QUANTITIES: Final = ("swing_time", "stance_time")
-"""Those that end where a step is found to stand: all alike in a regular walk, and off alike."""
+"""Times between instants of the core: in a regular walk all have the same rounding error."""
 _INSTANT_SIGMA_S: Final = 0.02 / math.sqrt(12.0)
 """Standard deviation of an instant within a step of the core, s."""
 
@@ -137,7 +137,7 @@ def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Fe
 
     No foot is farther from the other than a step is long: where the tracks say so, their headings
     have drifted apart, and a Kalman smoother over the steps of both, whose headings wander as
-    their deviations say, takes that back. What both headings drift alike it cannot see.
+    their deviations say, takes that back. A drift that both headings share it cannot see.
 
     Parameters
     ----------
@@ -150,7 +150,8 @@ def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Fe
     Returns
     -------
     Feet
-        Both tracks, with positions, orientations and deviations of level place and heading anew.
+        Both tracks, with positions, orientations and standard deviations of level position and
+        heading replaced.
 
     Raises
     ------

@@ -301,7 +301,7 @@ class ArmaModel(Result):
         """Return the innovations that the model sees in a record, shape (n,).
 
         a_k = z_k - sum_i phi_i z_(k-i) - sum_j theta_j a_(k-j) - c. Every stretch between missing
-        samples starts anew, before it samples are taken to be at their mean and innovations zero:
+        samples restarts: earlier samples are assumed to be at their mean and innovations zero:
         its first p innovations, which rest on that, and those of missing samples are NaN.
 
         Raises

@@ -339,7 +339,7 @@ def _prepare_record(record: Floats, rate: float, preparation: Preparation) -> Pr
 
 
 _MAX_SIZE_RATIO: Final = 1e8
-"""Times the median distance from the median: beside such a square all others are rounding."""
+"""Times the median distance from the median: next to such a square all others are rounding."""
 
 
 def _check_sizes(data: Floats) -> None:

@@ -145,8 +145,8 @@ def fit_network(
     """Train a network to tell the next sample from the last ones, and hold it against AR.
 
     It is trained on the first half of the record, 20,000 samples at most, and judged by all the
-    rest: beside an autoregression of as many inputs, and by what the map does when it is left
-    alone. On gyros at rest it gains nothing: `gain_over_ar` is below one per cent on every
+    rest: compared with an autoregression of as many inputs, and by what the map does when it is
+    left alone. On gyros at rest it gains nothing: `gain_over_ar` is below one per cent on every
     recording tried. Where it gains anything at all it may have learned to oscillate by itself, and
     a filter built on it follows that: read `verdict` first.
 

@@ -164,7 +164,7 @@ def adf(z: npt.ArrayLike, lags: int | None = None) -> Verdict:
     ----------
     z : array_like, shape (n,)
         Samples in any unit, at least 20; those not finite are missing, and the regression starts
-        anew after them.
+        again after them.
     lags : int, optional
         Lagged differences in the regression, 0 to 63. Default: the number of least AIC, all
         compared over the same samples, up to Schwert's 12 (n/100)^(1/4) but at most 63, with n

@@ -163,7 +163,7 @@ def _choose_unnamed(
         last = ",".join(map(str, data_columns[-_AXES:]))
         raise LogError(
             make_sentence(
-                f"the table has no names, and {len(data_columns)} columns beside the time "
+                f"the table has no names, and {len(data_columns)} columns apart from the time "
                 "are no gyro of "
                 "three axes; say which are, counted from 0, such as ",
                 keyword_argument("columns", last),

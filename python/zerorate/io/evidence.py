@@ -61,11 +61,11 @@ class Clue(NamedTuple):
 
 
 def with_time(table: Table) -> Table:
-    """Return the table with its time column, where only the values tell which it is."""
+    """Return the table with its time column, where only the values show it."""
     table = join_time_columns(table)
     names = table.names
-    told = table.time is not None or table.timeless
-    if told or names is None:
+    stated = table.time is not None or table.timeless
+    if stated or names is None:
         return table
     if any(map(looks_like_time, names)):
         return _with_finer(table, names)
@@ -171,7 +171,7 @@ def candidates(table: Table) -> list[str | Argument]:
 
 
 def _best(clues: Sequence[Clue], table: Table) -> Clue | None:
-    """Return the clock of most evidence; of several alike the finest, if they agree, else None."""
+    """Return the clock of most evidence; among equal ones the finest, if they agree, else None."""
     best = max((clue.score for clue in clues), default=0)
     likely = [clue for clue in clues if clue.score == best]
     if len(likely) < 2 or best >= _MAYBE:

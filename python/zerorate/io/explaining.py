@@ -203,18 +203,18 @@ def _explain_column(
 ) -> ColumnExplanation:
     name = table.label(index)
     if index == time or looks_like_time(name):
-        told = "time" if has_time_name(name) else f"time, {clues.get(index, _STATED)}"
+        meaning_text = "time" if has_time_name(name) else f"time, {clues.get(index, _STATED)}"
         unit = (table.time_unit if index == time else None) or find_time_unit(name)
         return ColumnExplanation(
-            name, told, f"{unit}, {_BY_NAME}" if unit else "by its numbers", log
+            name, meaning_text, f"{unit}, {_BY_NAME}" if unit else "by its numbers", log
         )
     meaning = meaning_of(name)
     if meaning is None:
         unit = split_unit(name)[1]
-        told = f"may be the time {clues[index]}" if index in clues else ""
-        told = told or ("" if log or logs else _values(table, index))
-        told = told or (f"{log}, by its place" if log else "")
-        return ColumnExplanation(name, told, f"{unit}, {_BY_NAME}" if unit else "", log)
+        meaning_text = f"may be the time {clues[index]}" if index in clues else ""
+        meaning_text = meaning_text or ("" if log or logs else _values(table, index))
+        meaning_text = meaning_text or (f"{log}, by its position" if log else "")
+        return ColumnExplanation(name, meaning_text, f"{unit}, {_BY_NAME}" if unit else "", log)
     words = meaning.words
     parts = [meaning.kind]
     if words is not None:

@@ -304,8 +304,8 @@ class _FixColumns:
     def _load_degrees(self, index: int) -> Floats:
         values, label = self.load_numbers(index), self.table.label(index)
         named = to_snake_case(label).endswith("e7")
-        told = to_snake_case(label).endswith(("_deg", "_degrees", "_rad"))
-        if named or (not told and np.nanmax(np.abs(values), initial=0.0) > _FULL_CIRCLE):
+        has_unit = to_snake_case(label).endswith(("_deg", "_degrees", "_rad"))
+        if named or (not has_unit and np.nanmax(np.abs(values), initial=0.0) > _FULL_CIRCLE):
             self.whole = True
             why = "as its name says" if named else "as whole numbers of that size are"
             self.notes.append(f"'{label}' is read in 1e-7 deg, {why}")
@@ -319,8 +319,8 @@ class _FixColumns:
             return None
         values, name = self.load_numbers(index), to_snake_case(self.table.label(index))
         known = values[np.isfinite(values)]
-        told = name.endswith(("_m", "_mps", "_m_s"))
-        if name.endswith("_mm") or (self.whole and not told and (known == np.rint(known)).all()):
+        metric = name.endswith(("_m", "_mps", "_m_s"))
+        if name.endswith("_mm") or (self.whole and not metric and (known == np.rint(known)).all()):
             self.notes.append(f"'{self.table.label(index)}' is read in 1/{scale:g} m")
             return values / scale
         return values

@@ -127,7 +127,7 @@ class Selection:
     rate: float | None
 
     def meta(self, source_meta: dict[str, str], grid: Grid) -> dict[str, object]:
-        """Return the metadata of every group, to what is told of the source."""
+        """Return the metadata of every group, with those of the source."""
         meta: dict[str, object] = {**source_meta, "clock": grid.report}
         if self.table.meta.sensor is not None:
             meta["sensor"] = self.table.meta.sensor

@@ -351,7 +351,7 @@ def _choose_sensors(table: Table, request: _Request, notes: list[str]) -> list[_
     }
     used = {index for places in stated_columns.values() for index in places}
     groups: dict[tuple[str, str], list[int]] = {(k, ""): list(p) for k, p in stated_columns.items()}
-    # Without names nothing is found beside what is asked for.
+    # Without names only the requested columns are found.
     is_decided = table.names is None and "gyro" in stated_columns
     named_groups = {} if is_decided else _find_sensors(table, request, used, notes)
     if table.names is None and not is_decided:

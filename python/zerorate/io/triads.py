@@ -106,7 +106,7 @@ def _order_triads(triads: list[Triad]) -> list[Triad]:
 def _includes_gravity(linear: Triad, triads: list[Triad]) -> bool:
     """Return True if a linear acceleration has gravity in it, as in a message of ROS.
 
-    That has an angular velocity beside it, where phones have a gyro.
+    Such a message also has an angular velocity, where phones have a gyro.
     """
     others = [triad for triad in triads if triad.kind == "accel" and triad.stage != "linear"]
     return not others and any(

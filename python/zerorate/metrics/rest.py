@@ -96,7 +96,7 @@ def coasting_error(
     The estimate of time t is held, raw minus it integrated over the samples after t up to
     t + horizon, and the RMS of that angle taken over all t. It is what a wrong bias costs a user,
     and needs no truth, but a sensor at rest: turning counts as error. White noise of density N
-    alone leaves N sqrt(horizon), so for short horizons every filter looks alike.
+    alone leaves N sqrt(horizon), so for short horizons every filter looks the same.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ class Axes:
     yaw_sigma : float
         Its deviation, rad.
     skew : float
-        Of the right from where it should be beside forward, rad; about pi in mirrored axes.
+        Angle between the right axis and its proper direction, rad; about pi in mirrored axes.
     skew_sigma : float
         Its deviation, rad.
     certain : bool

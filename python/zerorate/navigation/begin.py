@@ -1,6 +1,6 @@
 """The beginning of a navigation: axes, clock, antenna, start and noise where nothing states them.
 
-The task, the report and the outages begin here, so that all of them navigate alike.
+The task, the report and the outages begin here, so that all of them navigate in the same way.
 """
 
 from __future__ import annotations
@@ -349,7 +349,7 @@ class _Search:
         clock = self._find_clock(start, initial_offset)
         if clock is None or not clock.differs(initial_offset, _MIN_OFFSET_S):
             if clock is not None and self._takes_arm(clock):
-                # Clock and antenna are one answer: what is not told is their difference.
+                # Clock and antenna are one answer: only their difference is not identifiable.
                 return self._find_start(clock), clock, clock, ""
             return start, initial_offset, clock, ""
         values = ", ".join(f"{name} {x:.3g} (sigma {s:.1g})" for name, x, s in clock.parts)

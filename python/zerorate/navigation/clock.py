@@ -64,7 +64,7 @@ _SLOW_FACTOR: Final = 1.5
 _MIN_HEADING_SIGMA_RAD: Final = math.radians(27.0)
 _SETTLING_S: Final = 20.0
 _MIN_MOVING_FIXES: Final = 10
-"""Fixes in motion, without which nothing is told."""
+"""Fewest fixes in motion for an estimate."""
 _MAX_MEAN_NIS: Final = 4.0
 _MAX_ANTENNA_M: Final = 4.0
 _STEP_TOLERANCES: Final = np.array([0.01, 0.01, 1e-4, 0.05, 0.05, 0.05])
@@ -121,8 +121,8 @@ def find_time_offset(
     backward, whose noise has nothing in common. A position or a velocity beyond six deviations is
     left out if the next is not as large to the same side. Deviations are at least those of
     innovations that are as large as the filter says, with a fifth of the time of a sample. A rate
-    is told beyond three deviations only. Innovations of twice their size are not of a clock: then
-    nothing is told.
+    is reported only if it exceeds three standard deviations. If innovations are twice their
+    expected size, the clock does not explain them and no offset is reported.
 
     Examples
     --------

@@ -94,7 +94,7 @@ def find_start(
     the 5 s before, to 5 deg. The heading is that of the filter, of eight round the compass and one
     along the course, under which the fixes are the most likely, once it leads those that look
     elsewhere by 15 in the logarithm. There each fix has the deviation that a clock 0.2 s off gives
-    it besides its own.
+    it in addition to its own.
 
     Examples
     --------
@@ -126,7 +126,7 @@ def find_start(
         if solution is None:
             continue
         note = (
-            f"the heading is told by the motion: {format_heading(solution.heading, 0)} deg "
+            f"heading by the motion: {format_heading(solution.heading, 0)} deg "
             f"(sigma {math.degrees(solution.sigma):.0f}) at {solution.time:.1f} s, "
             f"{solution.time - begin:.1f} s after the start"
         )
@@ -305,7 +305,7 @@ def _describe_no_heading(imu: Recording, begins: list[float]) -> str:
     return make_sentence(
         f"{imu.source}: the filter cannot start: it moves from {times} s on, but in a minute of it "
         "no heading fits the fixes better than all others: either it neither speeds up, brakes nor "
-        "turns, or units, axes or clock are not as told; ",
+        "turns, or units, axes or clock are not as stated; ",
         keyword_argument("heading"),
         " says the heading",
     )

@@ -70,8 +70,8 @@ def find_heading(
     """Return the heading of a body from its start on, None if 60 s do not tell it.
 
     Filters that differ in their heading alone run over the same fixes; that under which these are
-    the most likely has the right one. Beside eight round the compass runs one along the course, as
-    a body does that moves forward.
+    the most likely has the right one. In addition to eight round the compass one runs along the
+    course, as a body does that moves forward.
 
     Parameters
     ----------

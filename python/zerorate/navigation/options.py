@@ -40,7 +40,7 @@ _ROWS: Final = (
         default=0.0,
         unit="m",
         expected="from 0 to 1000 m",
-        meaning="Deviation of where the antenna is told to be: if not 0 it is estimated",
+        meaning="Standard deviation of the stated antenna position: if not 0 it is estimated",
     ),
     Option(
         name="wheel_sigma",

@@ -1,4 +1,4 @@
-"""Errors of a navigation filter while its receiver is silent, beside those of doing nothing."""
+"""Errors of a navigation filter in outages of its receiver, compared with doing nothing."""
 
 from __future__ import annotations
 
@@ -190,8 +190,8 @@ def outages(
 ) -> Outages:
     """Return the errors of a navigation filter after outages of the receiver.
 
-    Fixes are withheld, and the filter's track compared with them. Beside it stand a position and a
-    velocity that are held from the last fix on: on a slow platform these may be better.
+    Fixes are withheld, and the filter's track compared with them. The same is done for a position
+    and a velocity that are held from the last fix on: on a slow platform these may be better.
 
     Parameters
     ----------
@@ -207,7 +207,7 @@ def outages(
     antenna : array_like, shape (3,), optional
         From the sensors to the antenna, body axes, m; set it on `nav` if there is one.
     smooth : bool
-        Whether to smooth as well; of that the largest error inside an outage is told.
+        Whether to smooth as well; its largest error inside an outage is reported.
     first : float
         Seconds from the fix at which the filter began to the first outage. Default 60.
     between : float

@@ -21,7 +21,7 @@ from zerorate.record.samples import Samples
 from zerorate.types import Floats
 
 _MIN_LAG_S: Final = 1.0
-"""Seconds by which clocks are off that are told here; less is found by innovations."""
+"""Least clock error that is reported here, s; a smaller one is found by innovations."""
 _LEAP_SECONDS: Final = {
     18: "18 s between UTC and the time of GPS",
     37: "37 s between UTC and atomic time",
@@ -35,7 +35,7 @@ _SPEED_UNITS: Final = (
 _SPEED_SCALE_RANGE: Final = (0.85, 1.18)
 _GYRO_SCALE_RANGE: Final = (0.8, 1.25)
 _MIN_CORRELATION: Final = 0.5
-"""Correlation below which nothing is told."""
+"""Correlation below which nothing is reported."""
 _MIN_MOUNT_ANGLE_RAD: Final = math.radians(15.0)
 _BACKWARD_ANGLE_RAD: Final = math.radians(150.0)
 _MAX_MOUNT_SIGMA_RAD: Final = math.radians(10.0)
@@ -80,7 +80,7 @@ class NavigationChecks:
     Parameters
     ----------
     findings : tuple of NavigationFinding
-        What is wrong, and what cannot be told; nothing where all agrees.
+        Mistakes, and doubts that cannot be decided; nothing where all agrees.
     lag : float
         By how much the times of the fixes are to be moved, s, to tenths; NaN if that is not known.
     correlation : float
@@ -358,9 +358,9 @@ def _check_clock(work: _CheckState) -> _Findings:
         reason = (
             "the course hardly turns while both are there"
             if turned < MIN_TURNED_RAD
-            else "course and gyro do not turn alike, as if they were not of one vehicle"
+            else "course and gyro do not turn the same way, as if they were not of one vehicle"
         )
-        yield _doubt("clock", f"whether sensors and fixes are on one clock is not told: {reason}")
+        yield _doubt("clock", f"the fixes' clock cannot be compared with the sensors': {reason}")
     elif abs(lag.seconds) > _MIN_LAG_S:
         leap = next((s for s in _LEAP_SECONDS if abs(abs(lag.seconds) - s) < _LEAP_TOLERANCE_S), 0)
         named = f": leap seconds, {_LEAP_SECONDS[leap]}" if leap else ""
@@ -419,7 +419,7 @@ def _check_handedness(work: _CheckState) -> _Findings:
     handedness = "" if axes is None else axes.handedness
     if not handedness:
         yield _doubt(
-            "axes", "whether signs and axes are right is not told: it hardly speeds up or turns"
+            "axes", "signs and axes cannot be checked: the vehicle hardly speeds up or turns"
         )
     elif lag.slope < 0.0 and handedness == "right":
         yield _mistake("gyro", "the gyro has the other sign", -1.0)

@@ -39,7 +39,7 @@ VERDICTS: Final = ("used", "rejected", "refused", "not reached")
 """Words for `Track.verdict`, in the order of its numbers."""
 
 _ANTENNA_SIGMAS: Final = 3.0
-"""Deviations beyond which an antenna is not where it is told to be."""
+"""Standard deviations beyond which an antenna is not at its stated position."""
 _WHEEL_UNIT_FACTORS: Final = np.array([100.0, 180.0 / np.pi, 180.0 / np.pi])
 """Of scale, yaw and pitch: percent and degrees."""
 
@@ -395,7 +395,7 @@ def _describe_constants(before: NavigationFilter, nav: NavigationFilter) -> Iter
         displaced = np.abs(nav.antenna - before.antenna) > _ANTENNA_SIGMAS * before.antenna_sigma
         if displaced.any():
             yield (
-                f"the antenna is not where it is told to be: {fitted} m forward, right and down of "
+                f"the antenna is not at its stated position: {fitted} m forward, right and down of "
                 f"the sensors fit best, not {stated}"
             )
         else:
@@ -459,7 +459,7 @@ def _bracket_steps(
     at = steps["sample"].astype(np.intp)
     last = np.clip(np.searchsorted(at, samples, side="right") - 1, 0, len(at) - 1)
     following = np.minimum(last + 1, len(at) - 1)
-    # A piece that begins anew says nothing of the one before it.
+    # A piece that begins again has no information on the one before it.
     joined = (following > last) & ~steps["begins"][following].astype(bool)
     begin, end = time[at[last]], time[at[following]]
     part = np.where(joined, (time[samples] - begin) / np.where(joined, end - begin, 1.0), 0.0)

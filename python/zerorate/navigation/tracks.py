@@ -150,7 +150,7 @@ def write_gpx(
 
 @dataclass(frozen=True)
 class _TrackRows:
-    """Time, latitude, longitude and height, shape (n, 4), and what is told of them."""
+    """Time, latitude, longitude and height, shape (n, 4), and their description."""
 
     rows: Floats
     epoch: float | None

@@ -98,13 +98,13 @@ class Wheels:
         time : array_like, shape (n,)
             Of the counts, s, in order, on the clock of the sensors.
         count : array_like, shape (n,)
-            Ticks so far; NaN where it is not told.
+            Ticks to date; NaN where none is reported.
         tick : float, optional
             Metres a tick. The filter mends it by some percent.
         fixes : Fixes, optional
             Of the receiver, whose speed tells the metres a tick if `tick` is not given.
         sigma : float
-            Standard deviation of a speed besides its rounding, m/s.
+            Standard deviation of a speed without its rounding, m/s.
 
         Returns
         -------

@@ -63,7 +63,7 @@ class Epochs:
 
     @classmethod
     def of(cls, fixes: Fixes) -> Epochs:
-        """Return the velocities told, or differences of positions where there are too few."""
+        """Return the reported velocities, or differences of positions where they are too few."""
         if fixes.velocity is not None:
             there = np.isfinite(fixes.velocity[:, :2]).all(axis=1)
             if there.sum() > max(2.0, 0.2 * len(fixes)):

@@ -47,7 +47,7 @@ class Coarse:
         Of the samples, in their unit.
     deviation : Coefficient or None
         Of the white noise of a sample, in their unit; None where the noise is not white, so that
-        nothing is told.
+        nothing is reported.
     """
 
     step: float
@@ -67,7 +67,7 @@ def find_coarse(record: Floats, rate: float) -> Coarse | None:
 
 
 def coarse_model(coarse: Coarse, rate: float, unit: str) -> FittedModel | None:
-    """Return the model of white noise below the step, None where nothing is told of it."""
+    """Return the model of white noise below the step, None where it is not identifiable."""
     if coarse.deviation is None:
         return None
     factor, quantity = si_unit(unit)

@@ -26,7 +26,7 @@ _FIT_FIELDS: Final = {
     "degrees_of_freedom": int,
     "misfit": float,
 }
-"""What a `FittedModel` has beside the coefficients."""
+"""Fields of a `FittedModel` in addition to the coefficients."""
 
 
 @document_export()

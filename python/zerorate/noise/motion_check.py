@@ -132,8 +132,8 @@ def moving_spans(z: npt.ArrayLike, rate: float | None = None) -> tuple[Span, ...
 def largest_step(z: Floats, rate: float) -> Step:
     """Return the largest change from one second's mean to the next.
 
-    Drift is slow and noise is Gaussian, so the changes of a sensor at rest are much alike; those of
-    one that is moved now and then are not. Motion that goes on without a pause is not found.
+    Drift is slow and noise is Gaussian, so the changes of a sensor at rest are about equal; those
+    of one that is moved now and then are not. Motion that goes on without a pause is not found.
 
     Parameters
     ----------
@@ -274,7 +274,7 @@ class _WindowStatistics(NamedTuple):
         squares = np.einsum("ij,ij->i", level, level)
         time = np.arange(windows.shape[1]) - (windows.shape[1] - 1) / 2.0
         line = (level @ time) ** 2 / np.maximum(there @ time**2, 1.0)
-        # A step of quantisation is the least that can be told apart.
+        # A step of quantisation is the smallest visible difference.
         least = resolution(windows.reshape(-1)) ** 2 / 12.0
         # NaN where the mean is, in windows without any sample too.
         blank = 0.0 * mean

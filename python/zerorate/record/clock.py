@@ -45,7 +45,7 @@ class ClockReport:
     late_count
         Steps of more than a period and a half at which no sample is missing.
     restart_count
-        Steps back of more than a second: the clock began anew. How long it was off is not known, so
+        Steps back of more than a second: the clock restarted. How long it was off is not known, so
         10 s are missing there, or as long as the log is.
 
     Examples

@@ -33,10 +33,10 @@ def document_export(
     suffix : str
         The one that files of this kind have by custom, if any.
     returned, faults : str
-        What several functions say alike of the text that is returned, and of faults: last lines of
+        Sentences on the returned text and on errors that several functions share: last lines of
         these sections.
     forced : str
-        What ``force`` does beside replacing a file.
+        Effect of ``force``, apart from replacing a file.
     """
     path = _PATH_DOC.format(f", ``{suffix}`` by custom" if suffix else "")
 

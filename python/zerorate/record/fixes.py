@@ -35,7 +35,7 @@ class Fixes:
     quality : array_like of int, shape (n,), optional
         The number by which the receiver tells the kind of fix. RTKLIB has 1 for fixed, 2 float,
         5 single; NMEA 4 for fixed, 5 float, 2 differential, 1 single.
-        -1 where it is not told.
+        -1 where it is not reported.
     satellites : array_like of int, shape (n,), optional
         How many were used.
     velocity_time : array_like, shape (n,), optional

@@ -11,7 +11,7 @@ from zerorate.record.fixes import Fixes
 from zerorate.views import Result
 
 _SIGNIFICANCE_SIGMAS: Final = 3.0
-"""Deviations beyond which something is told."""
+"""Standard deviations beyond which an offset is reported."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class TimeOffset(Result):
 
     @property
     def parts(self) -> tuple[tuple[str, float, float], ...]:
-        """Names, values and deviations of all that is told."""
+        """Names, values and standard deviations of all reported numbers."""
         rows = [("time offset, s", self.seconds, self.sigma)]
         if math.isfinite(self.velocity_seconds):
             rows.append(("of velocities, s", self.velocity_seconds, self.velocity_sigma))

@@ -69,7 +69,7 @@ class ParsedName(NamedTuple):
         ``"gyro"``, ``"accel"``, ``"mag"``, ``""`` for an axis of a sensor that is not named, None
         for what is no component of a sensor.
     axis
-        0, 1, 2 for x, y, z, and None where none is told; ``number`` the last number.
+        0, 1, 2 for x, y, z, and None where none is named; ``number`` the last number.
     stage
         One of `STAGES`, or ``"linear"`` for accelerations that may be without gravity.
     device

@@ -189,7 +189,7 @@ def _walk(sensor: Characterisation) -> Term:
 def _split_columns(
     labels: Sequence[str], units: Sequence[str], columns: list[list[str]]
 ) -> Iterator[list[list[str]]]:
-    """Yield as many columns at a time as fit beside the labels and units."""
+    """Yield as many columns at a time as fit next to the labels and units."""
     width_left = width() - _max_width(labels) - _max_width(units) - len(GAP)
     part: list[list[str]] = []
     for column in columns:

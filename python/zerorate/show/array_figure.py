@@ -193,9 +193,9 @@ def _average_over_time(replay: ArrayReplay) -> tuple[Floats, npt.NDArray[np.int8
 
 def _make_caption(replay: ArrayReplay) -> str:
     sentences = [
-        "Allan deviations: root mean squares over the axes, at rest, the bias taken off all alike."
+        "Allan deviations: root mean squares over the axes, at rest, all biases subtracted."
         if len(replay.log.axes) == 3
-        else "Allan deviations: at rest, the bias taken off all alike."
+        else "Allan deviations: at rest, all biases subtracted."
     ]
     if replay.allan is not None and replay.log.sensors > 1:
         mean_gain, sensor_gain = (
@@ -209,7 +209,7 @@ def _make_caption(replay: ArrayReplay) -> str:
                 f"{sensor_gain:.2f} times."
             )
     sentences.append(
-        "Weights: at rest by noise, in motion by scale errors, which are alike. Vermilion: "
+        "Weights: at rest by noise, in motion by scale errors, which are equal. Vermilion: "
         "excluded, for it disagreed with the others; yellow: stuck or far off for most of the "
         "while; grey: missing."
     )

@@ -62,8 +62,8 @@ def plot_attitude(estimate: AttitudeEstimate) -> Figure:
 
     Over one time axis: Euler angles; heading and inclination, each with two standard deviations to
     either side of zero and with its error where there is a reference; the gyro's bias, its scale
-    where that is known, what of its misalignment is told from zero, and, a row each, what the
-    filter did where. Rest is grey, a disturbed field rose.
+    where that is known, the significant elements of its misalignment, and the filter's events, a
+    row each. Rest is grey, a disturbed field rose.
     """
     panels: list[Callable[[Axes, _Course], None]] = [_draw_angles]
     course = _Course(estimate)
@@ -146,7 +146,7 @@ def _make_caption(estimate: AttitudeEstimate) -> str:
     if not estimate.mag:
         sentences.append("Without a magnetometer the heading is against the start.")
     if np.isfinite(estimate.gyro_matrix_sigma).all() and not _significant_elements(estimate):
-        sentences.append("No misalignment of the gyro is told from zero.")
+        sentences.append("No misalignment of the gyro is significant.")
     if estimate.reference is not None:
         sentences.append("Errors: against the recording's reference.")
     return " ".join(sentences)

@@ -148,7 +148,7 @@ def plot_outages(
     held, the filter, and its smoother if there is one; on the left, the same of each outage of the
     filter.
 
-    `others`: other filters by name, on the same fixes; each is shown beside the first. `seconds`:
+    `others`: other filters by name, on the same fixes; each is shown with the first. `seconds`:
     which length; by default the longest.
 
     KeyError if there is no such length.

@@ -266,7 +266,7 @@ def _log_limits(values: Floats) -> tuple[float, float]:
 
 
 def mean_duration(replay: Replay) -> float:
-    """Return the seconds over which the dots beside a bias are means."""
+    """Return the seconds over which the dots near a bias are means."""
     return replay.log.n / replay.log.rate / min(_MEAN_COUNT, replay.log.n)
 
 

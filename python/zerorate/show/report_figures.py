@@ -30,7 +30,7 @@ def longest_duration(imu_list: tuple[Imu, ...]) -> float:
 
 
 def log_figures(reports: Sequence[tuple[str, Report]], seconds: float) -> Iterator[str]:
-    """Yield the figures of reports, side by side, whose anchors begin as is told."""
+    """Yield the figures of reports, side by side, whose anchors begin with a prefix."""
     steps = {
         "closer": "Closer",
         "wider": "Wider",

@@ -154,7 +154,7 @@ def _collapse_group(findings: list[Finding]) -> str:
     kind, unit, severity = hidden[0].kind, hidden[0].unit, hidden[0].severity
     values = [finding.value for finding in hidden if finding.value is not None and unit]
     range_text = f", {_format_range(values)} {unit}" if values else ""
-    count = f"{len(hidden)} more" if first else f"{len(hidden)} alike"
+    count = f"{len(hidden)} more" if first else f"{len(hidden)} similar"
     return (
         f'{first}<li class="{severity}"><details><summary><b '
         f'class="{severity}">{severity}</b> {escape(kind)}: '

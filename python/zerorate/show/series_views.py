@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _WIDTH, _PANEL, _LEFT, _BELOW, _ABOVE, _BETWEEN = 130.0, 28.0, 18.0, 10.0, 3.0, 5.0
 _COLOURS: Final = (*AXIS_COLOURS, BLACK)
 _MAX_POINTS: Final = 4000
-"""Points of a curve: more cannot be told apart."""
+"""Largest number of points of a curve: more cannot be distinguished."""
 _BAND_QUANTILES: Final = ((-1.0, 0.05), (1.0, 0.95))
 """Sides of the band of two standard deviations, and the quantiles of them that a panel reaches."""
 _MAX_NAMES: Final = 6

@@ -211,7 +211,7 @@ def simulate_drive(
     angular rate and specific force at the samples, without differences. The truth is then what
     strapdown navigation makes of these samples, step by step: coning and sculling of two samples,
     ``v + C delta + (g - (2 Omega + rho) x v - (Omega + rho) x C delta / 2) dt``, position by the
-    mean of two velocities, radii and gravity anew at each step. So a filter with that
+    mean of two velocities, radii and gravity computed again at each step. So a filter with that
     mechanisation returns the truth to rounding from samples without error. The other way round,
     samples from a given way, means that are known would be taken apart into samples that
     oscillate. The truth leaves the closed form by centimetres, and moves sideways by less than

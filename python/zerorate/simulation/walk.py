@@ -165,7 +165,7 @@ def simulate_feet(
 ) -> tuple[SimulatedWalk, SimulatedWalk]:
     """Return the walk of a left and of a right foot, each with a sensor of its own.
 
-    The left one steps first, half a stride; then they go by turns, and the right one ends beside
+    The left one steps first, half a stride; then they alternate, and the right one ends beside
     it with half a stride. All else is as of `simulate_walk`.
 
     Parameters

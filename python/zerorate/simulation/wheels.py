@@ -69,8 +69,8 @@ def wheel_speeds(
     --------
     >>> import zerorate as zr
     >>> drive = zr.simulate_drive(duration=60.0, seed=1)
-    >>> told = zr.simulation.wheel_speeds(drive, scale=0.02)
-    >>> told.shape, bool(abs(told[::10]).max() > 5.0)
+    >>> speeds = zr.simulation.wheel_speeds(drive, scale=0.02)
+    >>> speeds.shape, bool(abs(speeds[::10]).max() > 5.0)
     ((6000,), True)
     """
     if not 0.0 < rate <= drive.rate:
@@ -110,7 +110,7 @@ def wheel_ticks(
     drive : SimulatedDrive
         Of n samples.
     tick : float
-        Metres that are told to be a tick, m.
+        Stated length of a tick, m.
     scale, slips, axle, yaw, seed
         As of `wheel_speeds`.
 

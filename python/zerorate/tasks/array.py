@@ -56,7 +56,7 @@ _USED, _MISSING, _SATURATED, _EXCLUDED, _LEFT_OUT = range(len(SAMPLE_FATES))
 
 @dataclass(frozen=True, eq=False)
 class ArrayAllan:
-    """Overlapping Allan deviations at rest, the bias taken off all alike, in the unit of the log.
+    """Overlapping Allan deviations at rest, with all biases subtracted, in the unit of the log.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ class ArrayReplay(Result):
     rotations : ndarray, shape (N, 3, 3), or None
         From each sensor's axes to those of the body; None where all are taken as aligned.
     params : mapping
-        Further arguments that make the array anew.
+        Further arguments that make the array again.
     rate : ndarray, shape (n, 3) or (n,)
         The rate of the body, its bias taken off; NaN where no sensor is left.
     weights : ndarray, shape (n, N)
@@ -580,7 +580,7 @@ def notes_on(replay: ArrayReplay) -> Iterator[str]:
             " give them",
         )
     yield (
-        "the log of the array holds its rate without bias, and beside it rest, weight_LABEL and "
+        "the log of the array holds its rate without bias, and also rest, weight_LABEL and "
         "excluded_LABEL of each sensor"
     )
 

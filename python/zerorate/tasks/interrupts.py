@@ -73,8 +73,8 @@ class TerminationHandler:
         """Catch them; only the main thread gets any."""
         if threading.current_thread() is threading.main_thread():
             for number in _SIGNALS:
-                # What a shell or nohup has told to be ignored stays so, and so does what the
-                # caller of a command takes itself.
+                # A signal that a shell or nohup has set to be ignored stays so, and so does one
+                # that the caller of a command takes itself.
                 if signal.getsignal(number) in _DEFAULT_HANDLERS:
                     self._before[number] = signal.signal(number, self._end)
         return self
@@ -141,7 +141,7 @@ class Interrupts:
         if threading.current_thread() is not threading.main_thread():
             yield
             return
-        # What a shell has told to be ignored, in the background for instance, stays ignored.
+        # A signal that a shell has set to be ignored, as in the background, stays ignored.
         before = {
             number: signal.signal(number, self._handle_signal)
             for number in _SIGNALS

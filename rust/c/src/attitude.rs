@@ -114,7 +114,7 @@ pub struct zr_attitude_state {
     pub bias_sigma: [f64; 3],
     /// Specific force without gravity, in the axes and the unit of the accelerometer.
     pub linear_acceleration: [f64; 3],
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     pub samples: u64,
     /// Status of the filter.
     pub status: zr_attitude_status,

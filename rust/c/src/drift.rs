@@ -74,7 +74,7 @@ pub struct zr_drift_params {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum zr_drift_status {
-    /// The bias is the mean so far.
+    /// The bias is the mean to date.
     ZR_STARTING = 0,
     /// The same, after the scale learned before was proved wrong by many orders.
     ZR_STARTING_ANEW = 1,
@@ -113,7 +113,7 @@ pub struct zr_drift_state {
     /// Standard deviation of the mean bias over the next 10 s about it, for `ZR_AUTO`; of
     /// the others that of the bias as their model has it.
     pub bias_sigma: f64,
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     pub samples: u64,
     /// Status of the filter.
     pub status: zr_drift_status,
@@ -347,7 +347,7 @@ pub unsafe extern "C" fn zr_drift_reset(filter: *mut zr_drift) -> zr_code {
 }
 
 /// The sensor was switched off and on: `ZR_AUTO` forgets the bias but not the noise, the others
-/// begin anew.
+/// start again.
 ///
 /// # Safety
 /// `filter` is null or was made by this library.

@@ -64,7 +64,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The static library beside this test, of the same build, or the one that `ZR_LIBRARY` names.
+/// The static library next to this test, of the same build, or the one that `ZR_LIBRARY` names.
 fn library() -> PathBuf {
     if let Some(named) = std::env::var_os("ZR_LIBRARY") {
         return root().join("../..").join(named);

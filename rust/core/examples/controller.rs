@@ -97,7 +97,7 @@ impl Platform {
         Self { heading: 0.0, rate: 0.0, raw: 0.0, samples: 0, lost: 0, seed: 1 }
     }
 
-    /// Follows the rate it is told within a tenth of a second; brakes hold it when that is small.
+    /// Follows the commanded rate within a tenth of a second; brakes hold it when that is small.
     fn turn(&mut self, command: f32) {
         let wanted = if command.abs() < 0.05 { 0.0 } else { command };
         self.rate += (wanted - self.rate) * 10.0 * STEP;

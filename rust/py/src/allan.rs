@@ -22,7 +22,7 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// ----------
 /// fading : float, default 0.97
 ///     Memory b in (0, 1]: the weight of a difference falls by this factor a sample. Small follows
-///     changes quickly, large averages; 1 weighs all alike and equals the Allan variance of the
+///     changes quickly, large averages; 1 weighs all equally and equals the Allan variance of the
 ///     whole record.
 /// noise : {"allan", "hadamard"}, default "allan"
 ///     First differences, or second differences ``(z[k] - 2 z[k-1] + z[k-2])**2 / 6``, which a
@@ -86,7 +86,7 @@ impl AllanNoise {
 }
 
 getters! { AllanNoise, slf, py, this;
-    /// R so far, in the square of the samples' unit: float, with channels (k,).
+    /// R to date, in the square of the samples' unit: float, with channels (k,).
     variance: Object<'py> = this.shared.each(py, |noise| noise.variance())?;
 }
 
@@ -179,7 +179,7 @@ getters! { StreamingAllan, slf, py, this;
     rate: f64 = this.first().rate();
     /// Number of averaging times.
     octaves: usize = this.first().octaves();
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
     /// Averaging times in seconds: (octaves,).
     taus: Object<'py> = {

@@ -176,7 +176,7 @@ impl<const A: usize> ArrayBank for One<A> {
 ///
 /// Each sensor learns its own drift, axis by axis, as a ``DriftFilter`` does; then all are turned into
 /// the axes of the body. At rest they count by their noise, found from Allan variances over an eighth of
-/// a second, one and four seconds; in motion, where scale errors decide, nearly alike. A sample far
+/// a second, one and four seconds; in motion, where scale errors decide, nearly equal. A sample far
 /// from the middle of the others is not used. A sensor that disagrees over a quarter of a second is
 /// left out, whatever is wrong with it (offset, sign, scale, exchanged axes, noise), until it has agreed
 /// for 10 s at a rate that would have shown the fault. Of two sensors that disagree nobody knows which is
@@ -204,7 +204,7 @@ impl<const A: usize> ArrayBank for One<A> {
 /// rest_limit, bias_limit : float, optional
 ///     As of ``DriftFilter``.
 /// weights : {"auto", "mean", "white"} or array_like, shape (sensors,) or (sensors, axes)
-///     How much each counts: by noise and scale error; alike; by white noise alone; or as given, such as
+///     Weights: by noise and scale error; equal; by white noise alone; or as given, such as
 ///     those of ``allan_covariance(z, rate).virtual_gyro()``.
 /// scale_error : float
 ///     Deviation of the sensors' scale factors, 0 to 1.
@@ -435,7 +435,7 @@ getters! { GyroArray, slf, py, this;
     };
     /// Mask of rest: (3,), with one axis (1,).
     at_rest: Object<'py> = arrays::small(py, &this.shared.bank.at_rest());
-    /// Samples so far, the missing ones included.
+    /// Samples to date, the missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
 }
 

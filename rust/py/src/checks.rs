@@ -115,7 +115,7 @@ pub fn check_gyro<'py>(
 /// -------
 /// costs : ndarray, shape (w,)
 /// numbers, sigmas : ndarray, shape (13,)
-///     Bias, rad/s; what the matrix is beside 1, by rows; delay of the gyro, s.
+///     Bias, rad/s; the matrix minus 1, by rows; delay of the gyro, s.
 ///
 /// Raises
 /// ------

@@ -333,12 +333,12 @@ getters! { WaveletDenoiser, slf, py, this;
     delay: u64 = this.first().delay();
     /// The same in seconds.
     delay_seconds: f64 = this.first().delay() as f64 / this.first().params().rate;
-    /// Deviation of the noise so far, in the samples' unit, zero before it is known: float, with
+    /// Deviation of the noise to date, in the samples' unit, zero before it is known: float, with
     /// channels (k,).
     sigma: Object<'py> = this.shared.each(py, |one| one.sigma())?;
-    /// Samples that were missing so far: int, with channels (k,).
+    /// Samples that were missing to date: int, with channels (k,).
     missing_count: Object<'py> = this.shared.each(py, |one| one.missing() as i64)?;
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
     /// Samples a second.
     rate: f64 = this.first().params().rate;

@@ -173,7 +173,7 @@ getters! { RecursiveLeastSquares, slf, py, this;
         let values = this.shared.bank.covariance();
         this.shared.arrays(py, values, &[this.shared.bank.size(); 2])?
     };
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
     /// The start-up is over: bool, with channels (k,).
     ready: Object<'py> = {

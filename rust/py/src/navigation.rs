@@ -409,9 +409,9 @@ getters! { NavigationFilter, slf, py, this;
     antenna_sigma: Object<'py> = arrays::small(py, &this.shared.bank.antenna()[1]);
     /// Time of the last sample, s; NaN before the first.
     time: f64 = this.shared.bank.time();
-    /// Samples of the sensors given so far, missing ones included.
+    /// Samples of the sensors to date, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
-    /// Fixes so far by what became of them: "used", "rejected", "refused".
+    /// Fixes to date by what became of them: "used", "rejected", "refused".
     fix_count: Bound<'py, PyDict> = {
         let FixCounts { used, rejected, refused, .. } = *this.shared.bank.fixes();
         let [one, two, three] = VERDICTS;

@@ -234,7 +234,7 @@ getters! { PositionFilter, slf, py, this;
     missing: Object<'py> = this.shared.each(py, |one| one.snapshot().missing)?;
     /// True if "heading" did not take the last fix: bool, with channels (k,).
     held: Object<'py> = this.shared.each(py, |one| one.snapshot().held)?;
-    /// Fixes given so far, missing ones included.
+    /// Fixes to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
     /// Fixes a second.
     rate: f64 = this.first().params().rate;

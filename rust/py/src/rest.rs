@@ -20,14 +20,14 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 ///
 /// The start is taken for rest after 1.5 s that look like noise. If that turns out to be wrong within
 /// 10 s, only what has lasted for 10 s is taken for rest. Slow turning at one rate and a bias
-/// look alike: a new level that stands still is taken for rest after 10 s and about 11 s for each
-/// deviation of the samples that it lies off, 60 s at most; so is a new noise, such as an engine's.
-/// What was known before is kept and returned to in 1.5 s. Turning at less than about half of the
-/// samples' deviation is not noticed, and passes for drift. An accelerometer tells many of these
-/// from rest: ``MotionDetector``.
+/// look the same: a new level that stands still is taken for rest after 10 s and about 11 s for
+/// each deviation of the samples that it lies off, 60 s at most; so is a new noise, such as an
+/// engine's. What was known before is kept and returned to in 1.5 s. Turning at less than about
+/// half of the samples' deviation is not noticed, and passes for drift. An accelerometer tells many
+/// of these from rest: ``MotionDetector``.
 ///
-/// One that is not finite is a missing sample. A channel is judged by itself. One object serves one
-/// thread at a time.
+/// One that is not finite is a missing sample. Each channel is treated on its own. One object
+/// serves one thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -155,10 +155,9 @@ impl RestDetector {
 /// (False, True)
 ///
 /// What it knows keeps a turn from being learned as a bias:
-///
-/// >>> plain, told = zr.DriftFilter(rate=100.0), zr.DriftFilter(rate=100.0)
-/// >>> _, _ = plain.process(gyro), told.process(gyro, moving=moving)
-/// >>> round(plain.bias, 1), round(told.bias, 1)
+/// >>> plain, held = zr.DriftFilter(rate=100.0), zr.DriftFilter(rate=100.0)
+/// >>> _, _ = plain.process(gyro), held.process(gyro, moving=moving)
+/// >>> round(plain.bias, 1), round(held.bias, 1)
 /// (2.3, 0.3)
 #[pyclass(generic, module = "zerorate.noise")]
 #[derive(Debug)]

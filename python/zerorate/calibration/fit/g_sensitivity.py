@@ -78,8 +78,8 @@ def estimate_at_rest(
     means, variances
         Of the gyro at rests and their white noise, shape (n, 3).
     rounding
-        Variance that rounding leaves in each mean, shape (3,). At one rate all round alike: it is
-        that of the bias, too, whatever the number of rests.
+        Variance that rounding leaves in each mean, shape (3,). At one rate all means are rounded
+        the same way: it is that of the bias, too, whatever the number of rests.
     times
         Of the middles of the rests, s, shape (n,).
     directions

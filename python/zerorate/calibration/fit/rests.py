@@ -94,8 +94,8 @@ class Stillness:
     def rounding(self, kind: str) -> Floats:
         """Return the variance that rounding leaves in a mean, however long, shape (3,).
 
-        Of noise that is large beside the step nothing is left, of none a uniform error: the
-        harmonics of rounding's sawtooth, each damped by the noise (B. Widrow and I. Kollar,
+        Where noise is large compared with the step nothing is left, without noise a uniform error:
+        the harmonics of rounding's sawtooth, each damped by the noise (B. Widrow and I. Kollar,
         "Quantization Noise", 2008, chapter 4).
         """
         square = self.step[kind] ** 2
@@ -178,7 +178,7 @@ def _find_still_blocks(sensors: Sequence[Sensor]) -> tuple[Booleans, list[_Windo
 
 
 def _find_spans(sensors: Sequence[Sensor]) -> tuple[Integers, Stillness]:
-    """Return the samples of the rests of the first sensor, and what told them."""
+    """Return the samples of the rests of the first sensor, and their thresholds."""
     still, windows = _find_still_blocks(sensors)
     rate, block = sensors[0].rate, windows[0].block
     joined = max(1, round(_MAX_BREAK_S * rate / block))
@@ -199,7 +199,7 @@ def _find_spans(sensors: Sequence[Sensor]) -> tuple[Integers, Stillness]:
 
 
 def detect_rests(gyro: Sensor, accel: Sensor) -> tuple[list[Rest], Stillness]:
-    """Return all rests of two sensors, their means in the unit of the fit, and what told them."""
+    """Return all rests of two sensors, their means in the unit of the fit, and their thresholds."""
     spans, stillness = _find_spans((gyro, accel))
     rests = [_measure_rest(gyro, gyro, accel, int(first), int(last)) for first, last in spans]
     complete = [rest for rest in rests if np.isfinite([rest.gyro, rest.accel]).all()]

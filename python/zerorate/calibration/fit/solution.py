@@ -44,7 +44,7 @@ class Record:
     rests, turns
         Those that are used.
     stillness
-        What told the rests.
+        Stillness by which the rests were found.
     accel_means, accel_sigmas, gyro_means, gyro_variances
         At rests, shape (n, 3).
     """

@@ -216,7 +216,7 @@ def _exclude_wrong_force(rests: list[Rest], accel: Sensor) -> list[Rest]:
     usual = float(np.median(sizes))
     if not usual > 0.0:
         raise LogError("the accel shows 0 at rest on all axes, expected gravity")
-    # Beside a scale, a sensor of unknown unit may have a bias as large as gravity.
+    # In addition to a scale, a sensor of unknown unit may have a bias as large as gravity.
     least, most = (0.5, 1.5) if accel.known else (0.1, 10.0)
     return [
         rest

@@ -216,7 +216,7 @@ def _validate_field(
         if abs(size - field) > 3.0 * sigma + _MAX_FIELD_DIFFERENCE * field:
             problems.append(
                 f"the field is {size:.3g} uT, and that of the place {field:.3g} uT: the unit or "
-                "the scale of the magnetometer is wrong, or it is beside iron that turns with it"
+                "the scale of the magnetometer is wrong, or it is next to iron that turns with it"
             )
     if dip is not None and result.dip.identifiable:
         difference = abs(result.dip - dip)

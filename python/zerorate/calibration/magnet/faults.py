@@ -14,7 +14,7 @@ _MIN_TURN_RATE_RAD_S: Final = np.radians(20.0)
 _MIN_CLIPPED_SHARE: Final = 0.01
 _MIN_READINGS: Final = 10
 _MAX_CLIPPED_SHARE: Final = 0.2
-"""Share of samples at the end of the range above which nothing can be told."""
+"""Share of samples at the end of the range above which no fit is possible."""
 
 
 def describe_stuck_axes(mag: Floats) -> tuple[str, ...]:

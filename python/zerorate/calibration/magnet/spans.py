@@ -96,7 +96,7 @@ def _fit_member(ticks: Ticks, spans: list[Span], which: tuple[int, ...]) -> _Mem
 
 
 def _merge_members(ticks: Ticks, spans: list[Span], members: list[_Member]) -> list[_Member]:
-    """Merge the two nearest groups until none are alike: a magnet that goes leaves the old iron."""
+    """Merge the two nearest groups until all differ: a magnet that goes leaves the old iron."""
     members = list(members)
     while len(members) > 1:
         pairs = [

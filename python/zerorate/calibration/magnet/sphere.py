@@ -11,7 +11,7 @@ from zerorate.types import Floats
 
 _ITERATIONS: Final = 10
 _MIN_DIRECTION_VARIANCE: Final = 0.10
-"""Least variance of the directions along any axis: all of them alike have a third."""
+"""Least variance of the directions along any axis: evenly spread ones have a third."""
 _MIN_RADIUS: Final = 0.3
 """Radius of a sphere that is more than the noise of one direction."""
 _MAX_SCATTER_RATIO: Final = 0.40

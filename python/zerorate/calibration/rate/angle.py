@@ -43,7 +43,7 @@ class Integrated(Result):
         its axes at the first one.
     sigma : ndarray, shape (n,) or (n, 3), or None
         Standard deviation of the angle, rad; of three axes, that of the rotation about each axis
-        of the body at the first sample. None if nothing was told of the noise.
+        of the body at the first sample. None if no noise was given.
     bridged : ndarray of bool, shape (n,)
         Where a sample was missing.
     rate : float

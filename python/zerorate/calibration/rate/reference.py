@@ -136,7 +136,7 @@ def fit_rate(
 
     Standard errors are those of ten parts of the record, each left out in turn (the jackknife): so
     drift of the bias counts, and that neighbouring windows hold the same noise. They do not count
-    what is wrong in all parts alike, such as the steps of an encoder in a motion that repeats
+    errors that are the same in all parts, such as the steps of an encoder in a motion that repeats
     itself exactly. So each direction is fitted alone, too, and a sentence says if its scale
     differs by more than three standard errors.
 

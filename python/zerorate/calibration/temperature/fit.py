@@ -79,7 +79,7 @@ def fit_axes(blocks: Blocks, reference: float, max_degree: int) -> list[Fit]:
     Notes
     -----
     Each strength of the walk makes a Kalman filter of one state, which whitens the biases and the
-    powers of the temperature alike; from their products alone follow the coefficients of every
+    powers of the temperature in the same way; from their products follow the coefficients of every
     degree, their errors, and how likely strength and degree are. Coefficients are averaged over all
     strengths by their restricted likelihood. The walk's deviation has a half-Cauchy prior (Gelman
     2006, Bayesian Analysis 1:515), flat where the record says nothing: one that is flat in its

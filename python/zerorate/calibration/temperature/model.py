@@ -43,7 +43,7 @@ _DEFAULT_REFERENCE_DEGC: Final = 25.0
 """degC, where the record has no temperature."""
 
 _MAX_TIME_CORRELATION: Final = 0.95
-"""Correlation of temperature and time from which they cannot be told apart."""
+"""Correlation of temperature and time from which they cannot be distinguished."""
 
 _MIN_BLOCKS: Final = 4
 _MAX_VALUE: Final = 1e150
@@ -561,7 +561,7 @@ def _notes(model: TemperatureModel, blocks: Blocks, outlier_count: int) -> Seque
     if model.span >= MIN_SPANS_K[0] and not model.time_separable:
         notes.append(
             "Temperature and time went together (correlation "
-            f"{model.time_correlation:.2f}): a drift in time cannot be told from one of "
+            f"{model.time_correlation:.2f}): a drift in time cannot be distinguished from one of "
             "temperature. Let it cool down and warm up again in the same record."
         )
     if model.step > 0.0:

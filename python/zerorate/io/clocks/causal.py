@@ -38,7 +38,7 @@ _PERIOD_TOLERANCE: Final = 1e-5
 """Part by which a period may differ from that of the rate and count as the same: no gyro's scale
 is known better."""
 _MAX_SLEW: Final = 0.02
-"""Part of a period by which steps make up for time that was told wrong."""
+"""Part of a period by which steps make up for time that was reported wrong."""
 _MIN_LONG_BLOCK_ROWS: Final = 4.0
 """Rows of a block from which on the latest stamps of blocks are compared."""
 _MAX_STEP_PERIODS: Final = 64
@@ -72,7 +72,7 @@ class CausalClock:
     - Equal stamps, as of a block from a FIFO, and late ones are a period apart each.
     - Stamps that stay ahead of the count of rows: samples were lost, and are missing.
     - Stamps that step back and stay there: the clock was set, and samples go on. By more than a
-      second it began anew; how long it was off is not known: `RESTART_GAP_S` seconds are missing.
+      second it restarted; how long it was off is not known: `RESTART_GAP_S` seconds are missing.
     - The period is that of the rate stated as long as the stamps do not contradict it, else theirs.
 
     Parameters
@@ -113,7 +113,7 @@ class CausalClock:
         self._last = 0.0
         # The line through the stamps: place and time of the last row on it, how late that is.
         self._place, self._line, self._late = 0, 0.0, 0.0
-        # Times are told from a place and its time on, one sample each dt.
+        # Times are given from an index and its time on, one sample each dt.
         self._since, self._base = 0, 0.0
         self._dt: float | None = None
         self._offset: float | None = None
@@ -290,7 +290,7 @@ class CausalClock:
         return max(after) - min(after) <= usual + 0.5 * self.period
 
     def _decide(self) -> None:
-        """Decide on the open rows, and say if that revises what was told."""
+        """Decide on the open rows, and return True if that revises reported times."""
         decided = self._fit_start() if self._learning else self._decide_gaps()
         self._learning = 0
         rows, self._open = self._open, []
@@ -435,7 +435,7 @@ class CausalClock:
             self._since, self._base, self._dt = self._place, time, dt
 
     def _level_lag(self, time: float) -> float:
-        """Return by how much the time as told is behind the level of the stamps, s."""
+        """Return the lag of the reported time behind the level of the stamps, s."""
         return self._levels[-1][1] - self._offset - time if self._offset is not None else 0.0
 
 

@@ -29,7 +29,7 @@ _BLOCK_ROWS: Final = 3
 _MAX_ROUNDS: Final = 3
 """Times that gaps and the wander of a clock are judged by each other."""
 MIN_RESTART_S: Final = 1.0
-"""Seconds by which a clock that steps back began anew; a network sets one by less."""
+"""Seconds by which a restarted clock steps back; a network sets one by less."""
 RESTART_GAP_S: Final = 10.0
 """Seconds taken as missing where it did, for how long it was off is not known: so long without a
 sample no heading is known."""
@@ -275,7 +275,7 @@ def _check_period(period: float) -> float:
 def _remove_setbacks(stamps: Floats, steps: Floats, period: float) -> Floats:
     """Return the stamps with every lasting jump backward taken out.
 
-    Where the clock began anew, `RESTART_GAP_S` seconds are left.
+    Where the clock restarted, `RESTART_GAP_S` seconds are left.
     """
     jump = find_setbacks(stamps, steps, period)
     if not jump.any():
@@ -284,7 +284,7 @@ def _remove_setbacks(stamps: Floats, steps: Floats, period: float) -> Floats:
 
 
 def _leave_restart_gaps(jump: Floats, period: float) -> Floats:
-    """Return jumps backward that leave a gap where the clock began anew."""
+    """Return jumps backward that leave a gap where the clock restarted."""
     gap = min(RESTART_GAP_S, len(jump) * period)
     return np.where(jump < -MIN_RESTART_S, jump - gap, jump)
 

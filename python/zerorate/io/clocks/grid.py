@@ -20,7 +20,7 @@ class Grid:
     rate, length
         Samples per second, Hz, and how many there are.
     report
-        What the timestamps told.
+        Report on the timestamps.
     gapped_indices
         Place of each row that is used, None where they leave no gaps.
     used_rows

@@ -43,8 +43,8 @@ def _is_iso(cell: str) -> bool:
 def parse_dates(cells: Sequence[str]) -> npt.NDArray[Any] | None:
     """Return texts as times, those of a zone in UTC, to the nanosecond; None if one is none.
 
-    All must be written alike, and tell their zone or none of them. In ISO 8601 a blank may stand
-    in place of the T. Times without a date are durations since midnight.
+    All must be written in the same way, with a zone in all of them or in none. In ISO 8601 a blank
+    may stand in place of the T. Times without a date are durations since midnight.
     """
     times = _parse_iso_dates(cells)
     return (

@@ -21,7 +21,7 @@ from zerorate.types import Booleans, Floats, Integers
 HEAD_ROWS: Final = 1 << 15
 """Rows at the beginning of a log that tell whether its sensor is slower."""
 MIN_ROWS_PER_SAMPLE: Final = 1 + 2 / WINDOW_ROWS
-"""Rows a sample: repeats so often that a gap of the sensor is told from them."""
+"""Rows a sample: repeats so often that they show a gap of the sensor."""
 _SPAN_CHANGES: Final = 256
 """Changes over which sensor and log keep their phase."""
 MIN_CHANGES: Final = 4 * _SPAN_CHANGES
@@ -39,7 +39,7 @@ _MIN_REPEAT_RATIO: Final = 10.0
 
 
 _MANY: Final = 0.125
-"""Part of the rows that repeat from which on they are told."""
+"""Share of repeating rows from which on they are reported."""
 _FEW_ROWS: Final = 16
 _EQUAL: Final = 0.02
 """Part of the numbers that a fine sensor has twice in a row, at most."""

@@ -47,11 +47,11 @@ _DATE_COUNTS_PER_SECOND: Final = {
 }
 _MAX_SPAN_S = 1e10
 WRAP_COUNTS: Final = (1 << 32, 1 << 31, 1 << 24, 1 << 16)
-"""Counts after which counters begin anew: microseconds of 32 bits after 71.6 minutes."""
+"""Counts after which counters wrap: microseconds of 32 bits after 71.6 minutes."""
 _MAX_WRAP_STEPS: Final = 1000
 """Steps by which a counter may pass over its wrap; one that was reset is further off."""
 _WRAP_DIVISOR: Final = 8
-"""Part of a wrap within which it passes over, so that a short counter is told from a reset."""
+"""Part of a wrap in which it passes, so that a short counter is distinguished from a reset."""
 DAY_S: Final = 86_400.0
 _LEAP_WINDOW_ROWS: Final = 15
 """Rows on each side of a leap that show whether it lasts."""
@@ -214,7 +214,7 @@ def is_wrap(wrap: int, last: float, count: float, step: float) -> bool:
 def _describe_wraps(name: str, wrap: int, wraps: int) -> str:
     times, bits = "once" if wraps == 1 else f"{wraps} times", wrap.bit_length() - 1
     return (
-        f"time column '{name}' began anew at 2^{bits} {times}, as counters of {bits} bits do; it "
+        f"time column '{name}' wrapped at 2^{bits} {times}, as counters of {bits} bits do; it "
         "goes on"
     )
 

@@ -1,6 +1,6 @@
 """Times as people and programs write them: ``01-May-2024 12:00:00.000``, ``5/1/2024 1:02 PM``.
 
-A date whose day and month cannot be told apart counts for nothing: the time of day alone is read.
+A date whose day and month cannot be distinguished is ignored: the time of day alone is read.
 """
 
 from __future__ import annotations
@@ -167,8 +167,9 @@ def _parse_day(parts: Sequence[str], month_first: bool) -> int | None:
 def unpack_times(numbers: npt.NDArray[Any]) -> npt.NDArray[np.float64] | None:
     """Return the seconds of day of numbers such as 120059990, None where they are no such times.
 
-    ``HHMMSS`` with decimals, ``HHMMSSmmm`` and microseconds are told from a count by what they do
-    at a full minute: they leap by forty seconds there, and no number has a 60 where seconds stand.
+    ``HHMMSS`` with decimals, ``HHMMSSmmm`` and microseconds are distinguished from a count by what
+    they do at a full minute: they leap by forty seconds there, and no number has a 60 where seconds
+    stand.
     """
     probed = numbers[:: max(1, len(numbers) // _MAX_PROBED)]
     for per_second in map(float, _PACKED_PER_SECOND):

@@ -91,7 +91,7 @@ def name_axes(*sensors: str) -> tuple[str, ...]:
 class Buffer:
     """Bytes that wait for the rest of their packet, and a count of those that belong to none.
 
-    What comes before the first packet is not told: a device is often joined in the middle of one.
+    Bytes before the first packet are not reported: a device is often joined in the middle of one.
     """
 
     max_bytes: int

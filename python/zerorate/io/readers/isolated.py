@@ -55,7 +55,7 @@ def run_isolated(work: str, path: Path, *arguments: Any) -> tuple[Any, list[Colu
         answer, arrays = _worker.answer(json.dumps(request).encode() + b"\n", seconds)
     if "error" in answer:
         raise _make_error(**answer)
-    return answer["told"], arrays
+    return answer["result"], arrays
 
 
 class _WorkerProcess:

@@ -41,7 +41,7 @@ def main(requests: IO[bytes], answers: IO[bytes]) -> None:
         _apply_limits(request["seconds"], request["bytes"])
         try:
             result, arrays = work(*request["arguments"])
-            answer = {"told": result, "arrays": [(a.dtype.str, a.shape) for a in arrays]}
+            answer = {"result": result, "arrays": [(a.dtype.str, a.shape) for a in arrays]}
         except Exception as error:  # what damaged bytes raise has no common base
             answer, arrays = _describe_error(error), []
             answer["harmed"] = compiled and not isinstance(error, Refused)
@@ -111,7 +111,7 @@ def hdf5_listing(path: str, texts: Collection[str], matlab: bool) -> _Answer:
     """Return the contents of an HDF5 file, with its small arrays already read.
 
     Each entry has a name, the key and the field by which `hdf5_values` reads it (None where it is
-    read), shape, type, and a unit where one is told.
+    read), shape, type, and a unit where one is stated.
     """
     import h5py
 

@@ -164,7 +164,7 @@ _KINDS: Final = {
 """Messages that are read. Fields that a message may have beyond these are not."""
 _BY_NUMBER: Final = {kind.number: name for name, kind in _KINDS.items()}
 _EQUIVALENT_TOPICS: Final = ("RAW_IMU", "SCALED_IMU")
-"""The same sensor, told twice."""
+"""The same sensor in two messages."""
 _STAMP_COLUMNS: Final = {"time_usec": "timestamp_us", "time_boot_ms": "timestamp_ms"}
 
 

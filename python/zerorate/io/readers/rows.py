@@ -122,7 +122,7 @@ def split_messages(raw: bytes) -> Content | None:
 def labelled(raw: bytes) -> Content | None:
     """Return the rows of a text in which a cell, always the same, has the word of a sensor.
 
-    Their columns are named by a header, else the clock and the three axes are told by the values.
+    Their columns are named by a header, else the clock and the three axes are found by the values.
     """
     lines = first_lines(raw, _LINES)
     body = [line for line in lines if re.search(r"\d", line.text)]

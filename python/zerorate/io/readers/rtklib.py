@@ -161,6 +161,6 @@ def _list_notes(lines: Sequence[str], scale: str) -> Iterator[str]:
     if not any(_HEADER.match(line) for line in head):
         yield "there is no header: the columns are taken for those of RTKLIB's default, in GPS time"
     if any("/geodetic" in line for line in head):
-        yield "heights are above the geoid, as RTKLIB was told to write them"
+        yield "heights are above the geoid, as RTKLIB was set to write them"
     if scale == "gps":
         yield "times are of GPS, which is ahead of UTC by the leap seconds"

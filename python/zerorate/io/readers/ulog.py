@@ -57,7 +57,7 @@ _MAX_DEPTH: Final = 16
 _RESYNC_MESSAGES: Final = 3
 """Messages one behind the other that show that damage is over."""
 _FIELD_BYTES: Final = 256
-"""Bytes of memory, about, that a field takes beside its name and its values."""
+"""Bytes of memory, about, that a field takes apart from its name and its values."""
 _FREE_BYTES: Final = 1 << 23
 """Bytes that the fields of a log may take in any case; beyond, as many as the file has."""
 

@@ -99,7 +99,7 @@ class Settings:
         What the gyro of each log is corrected by before it is filtered, for "replay" alone. Each
         log is then read as a whole, with its accelerometer.
     accel : bool
-        Whether the accelerometer beside a gyro, if there is one, tells motion from rest, for
+        Whether the accelerometer next to a gyro, if any, distinguishes motion from rest, for
         "replay" alone; default yes.
     **options
         Arguments of `zerorate.DriftFilter`, for "replay" alone, with its defaults: method "auto",

@@ -45,7 +45,7 @@ class Comparison(Result):
     notes : tuple of str
         Sentences on the recordings.
     contamination : Contamination or None
-        What the methods were fed with besides the recording. They are judged by the clean one, and
+        Contamination added to the recording. Methods are scored on the clean one, and
         the ratio of each error to that on the clean one is a measure, ``NAME_degradation``.
 
     Examples

@@ -45,7 +45,7 @@ def _run_vqf(imu: Imu) -> Run:
     from vqf import VQF
 
     filled = imu.fill_missing()
-    # It wants to be told how often accelerometer and magnetometer have a sample.
+    # It needs the rates of accelerometer and magnetometer.
     vqf = VQF(1.0 / imu.rate, 1.0 / imu.accel_rate, 1.0 / imu.mag_rate)
     start = time.perf_counter()
     output = vqf.updateBatch(filled.gyro, filled.accel, filled.mag)

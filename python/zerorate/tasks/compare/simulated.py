@@ -52,7 +52,7 @@ class Regret:
     causal : ndarray of bool, shape (methods,)
         Whether the method used no later samples: known of the package's own, tried for the user's.
     contamination : Contamination or None
-        What the methods were fed with besides; the optimum is always that on clean records.
+        Contamination of the records; the optimum is always that on clean records.
     """
 
     methods: tuple[str, ...]

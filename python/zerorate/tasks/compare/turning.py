@@ -23,7 +23,7 @@ _MAX_DELAY_S: Final = 0.5
 """Seconds by which a reference and a gyro may disagree on the time."""
 
 _DELAY_MARGIN_SAMPLES: Final = 4
-"""Samples that a delay needs besides."""
+"""Samples that a delay needs in addition."""
 
 
 @dataclass(frozen=True, eq=False)

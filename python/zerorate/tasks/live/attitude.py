@@ -113,7 +113,7 @@ class AttitudeSettings:
     mag : bool
         Whether to use a magnetometer, if the lines hold one.
     beside : tuple of str
-        Further columns of an answer, of `AttitudeColumn`.
+        Extra columns of an answer, of `AttitudeColumn`.
     columns : tuple of str or int, optional
         Six or nine columns: gyro, accelerometer and maybe magnetometer, each x, y, z. By default
         those that a header line names so; without a header line all but the next two.
@@ -137,7 +137,7 @@ class AttitudeSettings:
     Raises
     ------
     ValueError
-        If the rate, the frame, a column beside or a unit is not known.
+        If the rate, the frame, an extra column or a unit is not known.
 
     Examples
     --------
@@ -253,7 +253,7 @@ def _check_unit(name: str, unit: str, kind: str) -> None:
 
 
 class AttitudeEngine(TimedEngine):
-    """Answers each sample with the quaternion w, x, y, z from sensor to earth, and what is beside.
+    """Answers each sample with the quaternion w, x, y, z from sensor to earth, and extra columns.
 
     A line holds gyro, accelerometer and maybe magnetometer, three numbers each; an empty cell or
     ``nan`` is missing, and so is all of its sensor.
@@ -261,7 +261,7 @@ class AttitudeEngine(TimedEngine):
     Parameters
     ----------
     opened : Opened
-        What the first line told.
+        Contents of the first line.
     settings : AttitudeSettings
         What was asked for.
     filter : Attitude
@@ -294,7 +294,7 @@ class AttitudeEngine(TimedEngine):
 
     @property
     def columns(self) -> Sequence[str]:
-        """Names of the quaternion's numbers and of what stands beside them."""
+        """Names of the quaternion's numbers and of the extra columns."""
         return [*_QUATERNION, *(name for names, _ in self._extra_columns for name in names)]
 
     @property
@@ -339,7 +339,7 @@ class AttitudeEngine(TimedEngine):
             count -= n
 
     def texts(self) -> list[str]:
-        """Return the orientation, and what was asked for beside it."""
+        """Return the orientation, and the extra columns that were requested."""
         texts = format_numbers(self._quaternion)
         for _, read in self._extra_columns:
             texts += format_numbers(read(self._filter))

@@ -31,12 +31,12 @@ class BacklogFilter:
     filter : DriftFilter
         For one channel it takes floats.
     beside : sequence of Beside
-        Further columns of an answer.
+        Extra columns of an answer.
     owed : int
         Missing samples that the filter has not been given.
     motion : MotionDetector, optional
-        What sees motion in the accelerometer beside the gyro; a filter that holds is told of it,
-        as in a replay.
+        Detector of motion by the accelerometer next to the gyro; a filter that holds is given its
+        flag, as in a replay.
     """
 
     filter: DriftFilter

@@ -59,7 +59,7 @@ class DriftEngine(TimedEngine):
 
     @property
     def columns(self) -> Sequence[str]:
-        """Names of the channels, and of what stands beside them."""
+        """Names of the channels, and of the extra columns."""
         extra_names = (
             f"{column}_{name}" for column in self._backlog.extra_columns for name in self._names
         )
@@ -109,7 +109,7 @@ class DriftEngine(TimedEngine):
         return self._texts
 
     def texts(self) -> list[str]:
-        """Return the rate of each channel, and what was asked for beside it."""
+        """Return the rate of each channel, and the extra columns that were requested."""
         return self._texts
 
     def snapshot(self) -> list[Any]:
@@ -142,7 +142,7 @@ class DriftEngine(TimedEngine):
         filters = f"filters {', '.join(layout.labels)}{times}{unit}"
         if self._accel:
             names = layout.names or tuple(f"column {i}" for i in range(layout.fields))
-            filters += f", told of motion by {', '.join(names[i] for i in self._accel)}"
+            filters += f", given motion by {', '.join(names[i] for i in self._accel)}"
         return f"{filters}; passes on {', '.join(passing)}" if passing else filters
 
     def notice(self) -> str | None:

@@ -101,7 +101,7 @@ class NavigationSettings:
     Raises
     ------
     ValueError
-        If the filter has seen samples, or a column beside is not known.
+        If the filter has seen samples, or an extra column is not known.
 
     Examples
     --------
@@ -233,7 +233,7 @@ _SETTING_FIELDS: Final = (
 
 
 class NavigationEngine(TimedEngine):
-    """Answers each sample with place, velocity and orientation, and what is beside.
+    """Answers each sample with position, velocity and orientation, and extra columns.
 
     Parameters
     ----------
@@ -311,7 +311,7 @@ class NavigationEngine(TimedEngine):
             self._nav.update(time - i * dt, nothing, nothing)
 
     def texts(self) -> list[str]:
-        """Return place, velocity and orientation, and what was asked for beside them."""
+        """Return position, velocity and orientation, and the extra columns that were requested."""
         nav, (status, verdict) = self._nav, self._status_and_verdict
         texts = [
             text

@@ -19,7 +19,7 @@ class SequenceCount:
     """Counts what a source lost, by the numbers of the samples that came.
 
     A number that repeats, or is up to a second behind, comes late. One further back, or more than
-    an hour ahead, is a source that began anew, and so is the last of 32 in a row that come late.
+    an hour ahead, is a source that restarted, and so is the last of 32 in a row that come late.
 
     Numbers that wrap are known by `bits`, or learned: where the step from the highest to the lowest
     is that of a counter of 8 bits or more, or where the numbers turn back twice at the same place.

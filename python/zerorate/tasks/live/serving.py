@@ -230,7 +230,7 @@ class Server:
             yield (
                 f"{self.stream.samples} samples, {count.lost_count} of them lost; "
                 f"{count.late_count} came late or again; "
-                f"the numbers began anew {count.restart_count} times{wrap}"
+                f"the numbers restarted {count.restart_count} times{wrap}"
             )
         if self.garbled_count:
             yield f"garbled lines: {self.garbled_count}"
@@ -267,4 +267,4 @@ class Server:
         self.restart_count += 1
         if self.restart_count <= _MAX_WARNINGS:
             last = self.stream.sequence.last
-            self.warn(f"line {number}: the sequence numbers begin anew, here with {last}")
+            self.warn(f"line {number}: the sequence numbers restart, here with {last}")

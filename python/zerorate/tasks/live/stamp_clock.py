@@ -43,7 +43,7 @@ class StampClock(NamedTuple):
     def sentences(self) -> Iterator[str]:
         """Yield the corrections, with their counts."""
         if self.cells.wrap_count:
-            yield f"clock: began anew {self.cells.wrap_count} times as counters do; it goes on"
+            yield f"clock: wrapped {self.cells.wrap_count} times as counters do; it goes on"
         yield from self.clock.sentences()
 
     def with_new_clock(self) -> Self:
@@ -150,7 +150,7 @@ class TimedEngine(Engine):
         return row  # type: ignore[no-any-return]
 
     def _examine_row(self, held: HeldRows, row: Any, stamp: float | None) -> None:  # noqa: ANN401
-        """Take a row that may hold a sample of a slower sensor; if it does, take all anew."""
+        """Take a row that may hold a sample of a slower sensor; if it does, take all again."""
         if not self._origin:
             check = None if self._check is None else self._check.state()
             self._origin = [self.snapshot(), check]

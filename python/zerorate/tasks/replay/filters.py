@@ -54,7 +54,7 @@ class Filters:
     """New filters of k axes by method, the last of which is the chosen one and is watched.
 
     Each is given those of the options that its method uses, and the limit of rest where the unit
-    of the log is known. Those that hold in motion are told where the body is known to move.
+    of the log is known. Those that hold in motion get the mask of known motion.
     """
 
     def __init__(

@@ -82,7 +82,7 @@ class Summary(Result):
     output : {"compensated", "estimate"}
         What the filtered log holds: the raw rate minus its bias, or the bias.
     params : mapping
-        Arguments that make the chosen filter anew.
+        Arguments that make the chosen filter again.
     scores : tuple of Score
         Axis by axis: the raw data, then each method.
     compensated_deviation : ndarray, shape (k,)
@@ -288,8 +288,8 @@ def _log_notes(replay: Summary) -> Iterator[str]:
         if restarts:
             times = "once" if restarts == 1 else f"{restarts} times"
             yield (
-                f"{name}: the noise learned at the start proved wrong by many orders, and noise "
-                f"and drift were learned anew, {times}"
+                f"{name}: the noise learned at the start was wrong by many orders, and noise "
+                f"and drift were learned again, {times}"
             )
 
 

@@ -99,7 +99,7 @@ impl<T: Real> AllanNoise<T> {
         self.floor
     }
 
-    /// The estimate so far: `floor` until a difference was seen.
+    /// The estimate to date: `floor` until a difference was seen.
     #[inline(always)]
     pub fn variance(&self) -> T {
         self.variance.at_least(self.floor)

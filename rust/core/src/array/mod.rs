@@ -1,9 +1,9 @@
 //! Many gyros of one body as one.
 //!
 //! Each learns its own drift, axis by axis. At rest their noise decides how much each counts, in
-//! motion their scale errors, which are alike; who disagrees with the others is left out until it has
-//! agreed again for a while. A single gyro has nobody to agree with: it is its drift filter, equal to
-//! the last bit.
+//! motion their scale errors, which are equal; a sensor that disagrees with the others is left out
+//! until it has agreed again for a while. A single gyro has no other to agree with: it is its drift
+//! filter, equal to the last bit.
 //!
 //! How many gyros there are is known when it runs, so [`GyroArray`] takes slices and is no [`Stream`],
 //! whose input has a size that is compiled; its filters are. Of a known number it becomes one in a few
@@ -447,7 +447,7 @@ impl<const A: usize> GyroArray<A> {
         &self.at_rest
     }
 
-    /// Samples so far.
+    /// Samples to date.
     pub fn samples_seen(&self) -> u64 {
         self.samples
     }

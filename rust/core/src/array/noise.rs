@@ -96,7 +96,7 @@ impl Noise {
     #[inline(always)]
     pub(super) fn motion(&self, axis: usize, wrong: f64) -> f64 {
         let ratio = wrong.min(MAX_SAMPLE) * (wrong.min(MAX_SAMPLE) / self.second[axis]);
-        // Unknown, or against no noise at all: all count alike.
+        // Unknown, or against no noise at all: equal weights.
         if ratio.is_nan() { 0.0 } else { ratio.min(1e12) }
     }
 

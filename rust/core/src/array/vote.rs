@@ -16,8 +16,8 @@ const MAX_SAMPLE_RATE_SHARE: f64 = 0.5;
 const MAX_TICK_SIGMAS: f64 = 9.0;
 const MAX_TICK_RATE_SHARE: f64 = 0.1;
 
-/// Times what sensors usually differ by in the same tick, where something is alike for all: motion that
-/// they are not quite synchronous in, biases that change with the pose.
+/// Factor of the usual difference between sensors in the same tick, where a quantity is the same
+/// for all: motion that they are not quite synchronous in, biases that change with the pose.
 const MAX_TYPICAL_RATIO: f64 = 5.0;
 
 /// Samples of a tick that tell anything.
@@ -102,7 +102,7 @@ impl Vote {
         self.disputed
     }
 
-    /// True if a sensor has a say: who does not know its bias has none beside one that does.
+    /// True if a sensor votes: one with an unknown bias does not, if another's is known.
     #[inline(always)]
     pub(super) fn counts(&self, sensor: usize, index: usize, axis: usize) -> bool {
         !self.standings[sensor].excluded && (!self.known[axis] || !self.sigmas[index].is_nan())

@@ -209,7 +209,7 @@ impl<E: Estimator> Attitude<E> {
         &self.estimator
     }
 
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.samples
     }
@@ -243,7 +243,7 @@ impl<E: Estimator> Attitude<E> {
     fn status(&self, known: &Knowledge) -> &'static str {
         match known {
             _ if self.samples == 0 => "starting",
-            // It keeps a frame falling, and starting anew.
+            // It keeps a frame while falling, and after a restart.
             Knowledge { wrong_unit: true, .. } => "wrong unit?",
             _ if !known.started => "starting",
             _ if self.is_clipped() => "clipped",

@@ -210,7 +210,7 @@ impl Tilt {
         self.sigma(1)
     }
 
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.samples
     }

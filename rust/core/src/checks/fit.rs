@@ -26,7 +26,7 @@ type Rows = SMatrix<f64, 3, SIZE>;
 pub struct Fit {
     /// Of each window.
     pub costs: Vec<f64>,
-    /// Bias, rad/s; what the matrix of the rate less its bias is beside 1, by rows; delay, s.
+    /// Bias, rad/s; the matrix minus 1 of the rate less its bias, by rows; delay, s.
     pub numbers: [f64; SIZE],
     /// Deviations of these.
     pub sigmas: [f64; SIZE],

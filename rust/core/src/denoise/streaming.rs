@@ -119,7 +119,7 @@ impl WaveletDenoiser {
         self.noise.sigma().min(f64::MAX_RAW)
     }
 
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.samples_seen
     }

@@ -56,7 +56,7 @@ pub struct AutoFilter<T> {
     interim: Interim<T>,
     /// The sample minus the estimate before it; zero where it is missing or in motion.
     innovation: T,
-    /// Largest sample so far: the drift is no larger as long as nothing else is known.
+    /// Largest sample to date: the drift is no larger as long as nothing else is known.
     reach: T,
     missing: bool,
     saturated: bool,
@@ -184,7 +184,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.detector.is_stuck()
     }
 
-    /// Smallest step of the samples so far.
+    /// Smallest step of the samples to date.
     #[cfg(feature = "std")]
     pub(crate) fn resolution(&self) -> T {
         self.detector.resolution()
@@ -361,7 +361,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
-    /// The estimate is the mean so far; zero as long as the sensor is not seen to rest.
+    /// The estimate is the mean to date; zero as long as the sensor is not seen to rest.
     #[cold]
     fn start(&mut self, z: T) {
         match self.status {

@@ -41,7 +41,7 @@ pub struct DriftLoop<T, const N: usize, const M: usize> {
     pub(super) last: Correction<T>,
     /// `k` of Sage-Husa: samples that were not missing, and the memory given to G₀.
     count: T,
-    /// Largest sample so far.
+    /// Largest sample to date.
     peak: T,
     guards: T,
 }
@@ -499,7 +499,7 @@ where
         self.estimate
     }
 
-    /// Start-up: returns the mean so far, zero before the first sample.
+    /// Start-up: returns the mean to date, zero before the first sample.
     #[cold]
     fn learn_scale(&mut self, z: T) -> T {
         self.inner.last.innovation = self.startup.difference(z);

@@ -189,7 +189,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
         }
     }
 
-    /// The drift anew, with everything that was learned about the noise.
+    /// A new drift, with everything that was learned about the noise.
     pub fn begin(&mut self, mean: T, variance: T) {
         let (process, zero) = (self.b * T::of(PROCESS_VARIANCE), Each::zeros());
         let level = (process + process).map(|own| (own + variance).at_most(T::MAX_COVARIANCE));
@@ -198,7 +198,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
         self.waiting = T::zero();
     }
 
-    /// Time passes without a measurement; true where the states have been told.
+    /// Time passes without a measurement; true where the states have been updated.
     pub fn wait(&mut self, blocks: T) -> bool {
         self.waiting += blocks;
         let whole = self.waiting >= T::one();

@@ -312,7 +312,7 @@ where
         self.rls.covariance()
     }
 
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.samples_seen
     }
@@ -335,7 +335,7 @@ impl<T: Number, const N: usize, const M: usize> Stream for RecursiveLeastSquares
     type Output = T;
 
     /// The a-posteriori residual in the unit of the samples; during start-up the difference to
-    /// the mean so far, and zero for a missing sample.
+    /// the mean to date, and zero for a missing sample.
     #[inline]
     fn update(&mut self, z: T) -> T {
         self.samples_seen += 1;

@@ -42,7 +42,7 @@ use crate::stream::{Field, Traced};
 /// Status of a filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Status {
-    /// The drift is the mean so far.
+    /// The drift is the mean to date.
     Starting,
     /// The same, after the scale learned before was proved wrong by many orders.
     Restarting,
@@ -82,7 +82,7 @@ impl Status {
         }
     }
 
-    /// The same for a filter whose scale was learned anew so often.
+    /// The same for a filter whose scale was learned again so often.
     fn after(self, restarts: u64) -> Self {
         match self {
             Self::Starting if restarts > 0 => Self::Restarting,
@@ -143,7 +143,7 @@ pub trait DriftStream<T>: Traced<Input = T, Output = T> + MotionAware + Checkpoi
     /// The options that make such a filter.
     fn options(&self) -> Options;
 
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     fn samples_seen(&self) -> u64;
 
     /// The start-up is over.

@@ -118,7 +118,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
         }
     }
 
-    /// The drift anew, with everything that was learned about the noise.
+    /// A new drift, with everything that was learned about the noise.
     pub fn begin(&mut self, mean: T, variance: T) {
         self.x = Each::repeat(mean);
         self.P = Each::repeat(variance);

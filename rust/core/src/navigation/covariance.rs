@@ -71,7 +71,7 @@ pub(crate) const ANTENNA: usize = 3;
 pub type Constants = [f64; CONSTANTS];
 
 /// The covariance of errors of constants: with the errors of the filter, a row each, and with each
-/// other; and what the scalars so far have found of them, not yet taken out. The variance of one
+/// other; and what the scalars to date have found of them, not yet taken out. The variance of one
 /// that is not estimated is zero.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ConstantsCovariance {

@@ -634,7 +634,7 @@ impl NavigationFilter {
         self.sensors.time
     }
 
-    /// Samples given so far.
+    /// Samples to date.
     pub fn samples_seen(&self) -> u64 {
         self.sensors.samples
     }

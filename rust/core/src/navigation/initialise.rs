@@ -41,7 +41,7 @@ struct Moves {
 }
 
 impl NavigationFilter {
-    /// Begins at a fix, if it has a place and the heading is known or can be told.
+    /// Begins at a fix, if it has a position and the heading is known or can be found.
     pub(crate) fn begin_from<W: Observer>(
         &mut self,
         given: &Given,

@@ -171,7 +171,7 @@ impl Record {
         }
     }
 
-    /// True if memory sufficed so far.
+    /// True if memory sufficed to date.
     ///
     /// # Errors
     /// [`Error::Memory`] if it did not.

@@ -135,7 +135,7 @@ impl PositionFilter {
         &self.params
     }
 
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.samples
     }
@@ -335,7 +335,7 @@ impl Average {
         self.fixes.set_column(usize::from(self.next), &z.into());
         self.next = (self.next + 1) % window;
         self.count = (self.count + 1).min(window);
-        // Summed anew: a running sum would keep the rounding of every fix.
+        // Summed again: a running sum would keep the rounding of every fix.
         let count = usize::from(self.count);
         let sum = self.fixes.columns(0, count).column_sum();
         self.mean = [sum[0] / count as f64, sum[1] / count as f64];

@@ -95,7 +95,7 @@ impl Pair {
     }
 
     /// Variances below their cap, without a change of the correlation, and the covariance below what
-    /// they allow: where one variance is lost beside a far larger one it need not vanish.
+    /// they allow: where one variance is lost next to a far larger one it need not vanish.
     fn limit(&mut self) {
         for i in 0..2 {
             let variance = self.P.at(i, i);

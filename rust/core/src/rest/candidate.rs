@@ -37,7 +37,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
         Self { ticks: 1, count: seen.count, level, squares: T::zero(), variance }
     }
 
-    /// Goes on with a tick, or begins anew with it if it is unlike those before.
+    /// Goes on with a tick, or starts again with it if it is unlike those before.
     pub(super) fn take(&mut self, seen: &TickSums<T>) {
         let longer = self.with(seen);
         *self = match self.ticks > 0 && longer.is_alike(seen) && longer.stands(seen) {

@@ -154,7 +154,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         self.set_bounds(step);
     }
 
-    /// Leaves out what this tick has shown so far.
+    /// Leaves out what this tick has shown to date.
     pub(super) fn forget_tick(&mut self) {
         (self.inside, self.beyond, self.moves) = (0, 0, false);
     }

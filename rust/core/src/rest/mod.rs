@@ -144,7 +144,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.decision.at_rest
     }
 
-    /// True if what it takes for rest may as well be motion: nothing louder has been seen so far, and
+    /// True if the assumed rest may also be motion: nothing louder has been seen so far, and
     /// it has not yet lasted for a minute. Never if there is a limit of what rest can be.
     pub fn is_provisional(&self) -> bool {
         self.decision.is_provisional()
@@ -161,7 +161,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
     }
 
     /// A sample before it is taken, with the bounds that outliers have; NaN for one that is an
-    /// outlier as far as can be told before its tick is complete.
+    /// outlier as far as is known before its tick is complete.
     pub fn gate_sample(&self, z: T) -> T {
         self.ticker.gate_sample(z)
     }
@@ -178,7 +178,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         u64::from(self.ticker.pending())
     }
 
-    /// Smallest step of the samples so far, zero if there was none.
+    /// Smallest step of the samples to date, zero if there was none.
     #[cfg(feature = "std")]
     pub(crate) fn resolution(&self) -> T {
         self.ticker.resolution()
@@ -244,7 +244,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
     }
 }
 
-/// A stream that can be told that the body moves, as a [`MotionDetector`] may know.
+/// A stream that takes a flag of the body's motion, such as that of a [`MotionDetector`].
 pub trait MotionAware: Stream {
     /// Takes one sample of a body that is known to be `moving`, or of which nothing is known. A
     /// stream that takes every sample for rest does so here too.

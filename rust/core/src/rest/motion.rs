@@ -25,7 +25,7 @@ const MIN_TURN_SHARE: f64 = 1.0 / 150.0;
 /// axes together, so even noise on one axis alone is five deviations away.
 const MIN_DIFFERENCE_RATIO: f64 = 25.0;
 
-/// Samples of a tick at most that count as independent: a sensor's filter makes neighbours alike.
+/// Samples of a tick at most that count as independent: a sensor's filter correlates neighbours.
 const MAX_INDEPENDENT_SAMPLES: u32 = 8;
 
 /// Variance over that of the quiet ticks above which a body that has moved shakes on.

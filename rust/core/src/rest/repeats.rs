@@ -18,15 +18,15 @@ pub(super) const HALVING_PAIRS: u32 = 20_000;
 
 /// Frequency of samples that equal the one before, and length of the current run.
 ///
-/// A sensor that works repeats a sample by chance: so often as its resolution is coarse beside its
-/// noise, which is learned. A run that chance makes once in a thousand million times is a stuck
-/// sensor. One that works but is so coarse that its output stands still leaves a value by a single
-/// step; such a run was none, however long it was.
+/// A sensor that works repeats a sample by chance: so often as its resolution is coarse compared
+/// with its noise, which is learned. A run that chance makes once in a thousand million times is a
+/// stuck sensor. One that works but is so coarse that its output stands still leaves a value by a
+/// single step; such a run was none, however long it was.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Repeats {
     /// Equal samples in a row.
     pub(super) run: u32,
-    /// Those of them in this tick that are not yet told to any sum.
+    /// Those of them in this tick that are not yet in any sum.
     pub(super) held: u32,
     /// Samples of this tick that a stuck sensor gave.
     pub(super) dropped: u32,

@@ -98,8 +98,8 @@ mod tests {
         let (mean, variance) = level(-1.0);
         assert_eq!(mean, 0.0);
         for lowest in [-1.0 - 1e-15, -1.0 + 1e-15] {
-            let (same, alike) = level(lowest);
-            assert!(same.abs() < 1e-14 && (alike - variance).abs() < 1e-14, "{lowest}: {same}");
+            let (same, spread) = level(lowest);
+            assert!(same.abs() < 1e-14 && (spread - variance).abs() < 1e-14, "{lowest}: {same}");
         }
         assert!((level(-1.1).0 - 1.0 / 9.0).abs() < 1e-15);
     }

@@ -47,7 +47,7 @@ pub(super) struct Ticker<T> {
     pub(super) bound: T,
     /// In the unit of the samples; NaN after a missing one.
     pub(super) previous: T,
-    /// The smallest difference of successive samples so far that is not zero, in their unit.
+    /// The smallest difference of successive samples to date that is not zero, in their unit.
     pub(super) step: T,
     /// Ticks in a row that origin or unit has swallowed.
     pub(super) swallowed: u32,
@@ -58,7 +58,7 @@ pub(super) struct Ticker<T> {
     /// All samples, and those that the gate lets through.
     pub(super) plain: Sums<T>,
     pub(super) kept: Sums<T>,
-    /// Ticks in a row that had too few samples to be judged.
+    /// Ticks in a row that had too few samples for a decision.
     pub(super) waited: u32,
 }
 
@@ -295,7 +295,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         self.gate.rest(variance.simd_sqrt(), self.least_step());
     }
 
-    /// The smallest step so far, zero if there was none.
+    /// The smallest step to date, zero if there was none.
     fn least_step(&self) -> T {
         choose(self.step < T::MAX, self.step * self.inverse, T::zero()).at_most(self.bound)
     }
@@ -306,7 +306,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         choose(self.step < T::MAX, self.step, T::zero())
     }
 
-    /// Few samples are judged with those of the next ticks.
+    /// Few samples are tested with those of the next ticks.
     fn wait(&mut self) {
         self.waited += 1;
         if self.waited > MAX_WAIT_TICKS {

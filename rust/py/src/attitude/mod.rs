@@ -496,7 +496,7 @@ getters! { Attitude, slf, py, this;
     /// Rates that were given and left out, as beyond ``gyro_range`` or 1000 rad/s; infinities and NaN are
     /// missing samples. int, with channels (k,).
     rates_left_out: Object<'py> = this.shared.numbers(py, this.shared.bank.rates_left_out())?;
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
     /// Samples a second.
     rate: f64 = this.shared.bank.params().rate;

@@ -181,7 +181,7 @@ getters! { Tilt, slf, py, this;
     bias: Object<'py> = this.shared.each(py, Core::bias)?;
     /// Standard deviation of ``bias``, NaN for method "complementary": float, with channels (k,).
     bias_sigma: Object<'py> = this.shared.each(py, Core::bias_sigma)?;
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
     /// Samples a second.
     rate: f64 = this.first().params().rate;

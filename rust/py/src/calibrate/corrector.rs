@@ -69,7 +69,7 @@ where
 ///     Numbers in a sample; by default what the other arguments need. With 7 and without
 ///     ``temperature`` the last one is not used.
 /// channels : int, optional
-///     Sensors side by side, all corrected alike; ``None`` is a single one.
+///     Sensors side by side, all with the same correction; ``None`` is a single one.
 ///
 /// Raises
 /// ------

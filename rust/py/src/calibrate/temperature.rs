@@ -170,7 +170,7 @@ getters! { TemperatureFilter, slf, py, this;
     slope_sigma: Object<'py> = this.shared.each(py, Core::slope_sigma)?;
     /// True if the gyro rests, and the bias is being learned: bool, with channels (k,).
     at_rest: Object<'py> = this.shared.each(py, Core::at_rest)?;
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
     /// Samples a second.
     rate: f64 = this.first().params().rate;

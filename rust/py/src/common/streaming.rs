@@ -95,7 +95,7 @@ impl<S: Stream + Checkpoint + Clone + Send + Sync + 'static> AnyBank for Bank<S>
     }
 }
 
-/// A bank whose streams can be told that the body moves.
+/// A bank whose streams take a flag of the body's motion.
 pub trait MotionBank: AnyBank {
     /// Takes rows, at the end of each of which the body is known to move, or nothing is known of it.
     fn process_while(
@@ -535,8 +535,8 @@ pub fn arrays_of<'py>(
 }
 
 /// The methods that all streaming classes share. `out` names those that have an output to put
-/// somewhere; `moving` those that may be told that the body moves, after `check_motion`. A class whose
-/// samples are several arguments has its own `update` and `process`.
+/// somewhere; `moving` those that take a flag of the body's motion, after `check_motion`. A class
+/// whose samples are several arguments has its own `update` and `process`.
 macro_rules! streaming {
     ($class:ident, update: $update:literal, process: $process:literal, moving) => {
         streaming!($class);

@@ -139,7 +139,7 @@ fn each_piece(
     length: usize,
     before: Option<Box<dyn Any + Send>>,
 ) -> PyResult<()> {
-    // No row is a piece too: what is asked of it is refused alike.
+    // No row is a piece too: its requests are refused in the same way.
     for first in (0..rows.max(1)).step_by(length) {
         let piece = first..rows.min(first + length);
         let done =

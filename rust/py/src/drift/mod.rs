@@ -371,7 +371,7 @@ getters! { DriftFilter, slf, py, this;
     /// of the samples: float, with channels (k,). An upper bound where there is no flicker; NaN until
     /// it is known, and for the other methods.
     bias_instability: Object<'py> = this.each(py, |filter| filter.bias_instability())?;
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.filter(0).samples_seen();
     /// Number of steps of the process noise that were shortened to keep it positive semidefinite:
     /// int, with channels (k,).
@@ -382,9 +382,9 @@ getters! { DriftFilter, slf, py, this;
     /// Number of restarts after the scale learned at the start was wrong by many orders, upon which
     /// noise and drift were learned again: int, with channels (k,).
     restart_count: Object<'py> = this.each(py, |filter| filter.restarts())?;
-    /// Samples at or beyond ``limit`` so far: int, with channels (k,).
+    /// Samples at or beyond ``limit`` to date: int, with channels (k,).
     saturated_count: Object<'py> = this.each(py, |filter| filter.tally().saturated)?;
-    /// Samples so far that were left out as outliers, counted a quarter second at a time, by
+    /// Samples to date that were left out as outliers, counted a quarter second at a time, by
     /// ``"robust"`` at once: int, with channels (k,). Zero for a published method that looks for none.
     outlier_count: Object<'py> = this.each(py, |filter| filter.tally().outliers)?;
     /// Samples so far that a stuck sensor gave, counted a quarter second at a time: int, with channels
@@ -403,7 +403,7 @@ getters! { DriftFilter, slf, py, this;
     method: &'static str = this.options.method_name();
     /// Start given to ``DriftFilter.started``, None for a filter that learns it from its start-up.
     start: Option<Bound<'py, PyDict>> = start::write(py, &this.shared)?;
-    /// Every argument that makes such a filter anew: ``DriftFilter(**f.params)``, or
+    /// Every argument that makes such a filter again: ``DriftFilter(**f.params)``, or
     /// ``DriftFilter.started(f.start, **f.params)`` for one that was started.
     params: Bound<'py, PyDict> = options::write(py, &this.options, this.shared.channels)?;
 }

@@ -32,7 +32,7 @@ readings! { DriftFilter;
     /// channels (k,).
     innovation_variance;
     /// Bias that the compensated rate is free of, in the samples' unit: float, with channels (k,).
-    /// Learned at rest and held in motion; in the first second the mean so far, 0 before the first
+    /// Learned at rest and held in motion; in the first second the mean to date, 0 before the first
     /// sample.
     bias;
     /// Standard deviation in the samples' unit: float, with channels (k,). Of ``"auto"`` that of the

@@ -15,10 +15,11 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 /// stands.
 ///
 /// The live form of `FootNavigation`: the same filter, stances as valleys of the same speed bound, seen
-/// from the 1.5 s before, and the rates that it learns from rests. What is told is that of the sample
-/// ``delay`` seconds ago, about 0.05 s, for the bound needs samples on both sides, or 0.1 s with a range. The frame is that of
-/// the start: x ahead, where the sensor's first axis looks, level, y to the left, z up; begun at rest
-/// it begins anew with each better rest, in motion with each lower bound of the first second.
+/// from the 1.5 s before, and the rates that it learns from rests. The outputs are those of the
+/// sample ``delay`` seconds ago, about 0.05 s, for the bound needs samples on both sides, or 0.1 s
+/// with a range. The frame is that of the start: x ahead, where the sensor's first axis looks,
+/// level, y to the left, z up; begun at rest it begins again with each better rest, in motion with
+/// each lower bound of the first second.
 ///
 /// A sample that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the one before for a tenth of
 /// a second, then the deviations grow. Where some are lost give NaN in their place, for time is counted
@@ -176,16 +177,16 @@ getters! { FootFilter, slf, py, this;
     at_rest: Object<'py> = this.shared.each(py, Core::is_at_rest)?;
     /// The speed bound of which stances are the valleys, m/s; NaN before it is known.
     bound: Object<'py> = this.shared.each(py, Core::bound)?;
-    /// Stances so far.
+    /// Stances to date.
     stance_count: Object<'py> = this.shared.each(py, Core::stances)?;
     /// The largest rate about an axis so far, rad/s. While it is below 1.75, 100 deg/s, this is no foot
     /// that walks: a machine that drives smoothly counts as standing, and its way is not found.
     fastest: Object<'py> = this.shared.each(py, Core::fastest)?;
     /// Moments of stances that the filter did not believe since it began.
     rejection_count: Object<'py> = this.shared.each(py, Core::rejections)?;
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
-    /// Seconds by which what is told is behind the last sample.
+    /// Delay of the outputs behind the last sample, s.
     delay: f64 = this.first().delay();
     /// Samples a second.
     rate: f64 = this.first().params().rate;

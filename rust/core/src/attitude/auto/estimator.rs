@@ -1,4 +1,4 @@
-//! The filter as a method of estimating an attitude: its steps, what it knows, how it starts anew.
+//! The filter as a method of estimating an attitude: its steps, its estimates, its restart.
 
 use super::errors::{BIAS, MATRIX, VELOCITY};
 use super::heading::MAX_FIELD_AGE_S;

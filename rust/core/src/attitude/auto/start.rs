@@ -20,7 +20,7 @@ const MIN_FORCE_M_S2: f64 = 1e-6;
 /// Samples may take no time: their sum is not longer than this, m/s².
 const MAX_SUM: f64 = 1e9;
 
-/// The sum of the forces so far.
+/// The sum of the forces to date.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Start {
     /// Its length: it points up.
@@ -155,7 +155,7 @@ mod tests {
             let slope = MAX_SPEED_CHANGE_M_S / (GRAVITY * 0.1 * f64::from(tick));
             let tilt = (2.0 * slope * slope).min(0.25);
             assert!((errors.variance(0) / tilt - 1.0).abs() < 1e-12);
-            // A tilt is the velocity so far over the time: of north along x, of east along -y.
+            // A tilt is the velocity to date over the time: of north along x, of east along -y.
             let coupled = errors.covariance()[(1, VELOCITY)];
             assert_eq!(coupled, -errors.covariance()[(0, VELOCITY + 1)]);
             assert!(

@@ -147,7 +147,7 @@ impl Default for Learner {
 }
 
 impl Learner {
-    /// Size of the field, in which everything is told; zero until it is known.
+    /// Size of the field, the unit of all; zero until it is known.
     pub fn norm(&self) -> f64 {
         self.norm
     }

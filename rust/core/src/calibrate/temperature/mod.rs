@@ -81,7 +81,7 @@ pub struct TemperatureFilter {
     detector: RestDetector<f64>,
     thermometer: Thermometer,
     samples_seen: u64,
-    /// Largest sample so far: the bias is no larger as long as nothing else is known.
+    /// Largest sample to date: the bias is no larger as long as nothing else is known.
     reach: f64,
     at_rest: bool,
     /// Rest has begun.
@@ -157,7 +157,7 @@ impl TemperatureFilter {
         self.at_rest
     }
 
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.samples_seen
     }

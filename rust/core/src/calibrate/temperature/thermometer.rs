@@ -20,7 +20,7 @@ pub struct Thermometer {
     /// The last one raw, and that of the last tick; NaN before them.
     last: f64,
     kelvin: f64,
-    /// Of the tick so far.
+    /// Of the tick to date.
     sum: f64,
     count: u32,
     changed: bool,

@@ -53,8 +53,8 @@ impl<const N: usize, const M: usize> WithSimd for Together<'_, '_, N, M> {
             let indices: Vec<usize> = (0..self.filters.len()).collect();
             return one_by_one(self.filters, &indices, self.block);
         }
-        for alike in self.sorted().chunk_by(|(a, _), (b, _)| a == b) {
-            let indices: Vec<usize> = alike.iter().map(|(_, c)| *c).collect();
+        for equal in self.sorted().chunk_by(|(a, _), (b, _)| a == b) {
+            let indices: Vec<usize> = equal.iter().map(|(_, c)| *c).collect();
             for members in indices.chunks(S::F64_LANES) {
                 let rows = match Lanes::<S, N, M>::of(self.filters, members) {
                     Some(lanes) => lanes.process(self.filters, members, self.block),

@@ -8,7 +8,7 @@ use crate::math::{Limits, Real};
 /// The radii of the zones.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Zones {
-    /// As printed: the variance of all innovations so far, in the unit of the samples, is held
+    /// As printed: the variance of all innovations to date, in the unit of the samples, is held
     /// against an innovation, and three quarters of it. Nothing ends a row of outliers.
     Published,
     /// (κ, β): κ deviations of the accepted innovations, and β of these.
@@ -95,7 +95,7 @@ pub(super) enum Verdict<T> {
     Exit,
 }
 
-/// Innovations so far, which the class of the next one rests on.
+/// Innovations to date, which the class of the next one rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Gate<T> {
     pub law: RobustParams,

@@ -1,4 +1,4 @@
-//! The sum of squares by a record's spectrum: a guide that costs little beside a pass.
+//! The sum of squares by a record's spectrum: a guide that costs little compared with a pass.
 //!
 //! Of a long record the residuals' sum of squares is `Σ P |φ|²/|θ|²` over its periodogram `P`, but
 //! for what its two ends do; neighbouring frequencies are taken together, for no model of low order

@@ -93,7 +93,7 @@ pub struct FootFilter {
     /// A rest that has ended, for the next node.
     rest: Option<RestMean>,
     standing: Standing,
-    /// The largest rate about an axis so far, rad/s.
+    /// The largest rate about an axis to date, rad/s.
     fastest: f64,
 }
 
@@ -176,7 +176,7 @@ impl FootFilter {
     }
 
     /// True if it begins here, for nothing is known, or it moves less than at any sample of the first
-    /// second so far.
+    /// second to date.
     fn begins(&mut self, k: u64) -> bool {
         let lower = self.bound < self.least && self.seconds(k) < START_WINDOW_S && !self.rested;
         if lower {
@@ -340,12 +340,12 @@ impl FootFilter {
         self.bound
     }
 
-    /// Stances so far.
+    /// Stances to date.
     pub fn stances(&self) -> u64 {
         self.standing.count
     }
 
-    /// The largest rate about an axis so far, rad/s: a foot turns by more than 1.75.
+    /// The largest rate about an axis to date, rad/s: a foot turns by more than 1.75.
     pub fn fastest(&self) -> f64 {
         self.fastest
     }
@@ -355,7 +355,7 @@ impl FootFilter {
         self.walker.as_ref().map_or(0, |walker| walker.rejections)
     }
 
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.samples
     }

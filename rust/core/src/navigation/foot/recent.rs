@@ -52,7 +52,7 @@ struct Run {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Recent {
     slots: [[Slot; ROW]; ROWS],
-    /// Samples so far, from the first one of which both sensors are known.
+    /// Samples to date, from the first one of which both sensors are known.
     count: u64,
     /// Last known rate and force, and seconds since.
     last: [Option<Vector3<f64>>; 2],
@@ -228,7 +228,7 @@ impl Recent {
             && self.ages.iter().all(|age| is_size(*age, MAX_TIME_S))
     }
 
-    /// Samples so far.
+    /// Samples to date.
     pub fn count(&self) -> u64 {
         self.count
     }

@@ -1,4 +1,4 @@
-//! Rests while samples arrive: of a still interval the part that tells its mean rate best so far.
+//! Rests while samples arrive: of a still interval the part that tells its mean rate best to date.
 
 use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};

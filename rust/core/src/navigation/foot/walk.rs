@@ -52,7 +52,7 @@ impl<'a> Walk<'a> {
         Ok(Self { plan, level, walker, stance: 0, rest: usize::from(plan.rested) })
     }
 
-    /// Stances' nodes that were not believed so far.
+    /// Stances' nodes that were not believed to date.
     pub fn rejections(&self) -> u64 {
         self.walker.rejections
     }

@@ -220,7 +220,7 @@ impl Walker {
         true
     }
 
-    /// The height of the floor so far, once a stance.
+    /// The height of the floor to date, once a stance.
     pub fn take_floor(&mut self, found: &mut Errors) -> bool {
         let down = -self.filter.motion.height;
         let here = down - found[R + 2];

@@ -26,7 +26,7 @@ const MIN_ACCEL_M_S2: f64 = 0.003;
 /// Seconds of rest from which on a floor is learned.
 const MIN_LEARNING_S: f64 = 2.0;
 
-/// Spread of the ticks' means in the calmest rest so far, squared; zero before the first.
+/// Spread of the ticks' means in the calmest rest to date, squared; zero before the first.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Calm {
     gyro: f64,

@@ -40,7 +40,7 @@ pub struct FieldObserver {
     before: Vector3<f64>,
     /// Sum of squared changes from tick to tick, from the fifth on.
     changes: f64,
-    /// Noise of a tick in the calmest rest so far, squared; zero before the first.
+    /// Noise of a tick in the calmest rest to date, squared; zero before the first.
     noise: f64,
     /// Mean over half a second, and the same where the far level's anchor lies.
     mean: Vector3<f64>,
