@@ -62,7 +62,7 @@ def calibrate(
     temperature: Annotated[
         bool,
         Option(
-            "Add a model of the gyro's bias by temperature, from the rests of the same log.",
+            "Model the bias by temperature, from the same rests.",
             panel=_FIT,
         ),
     ] = False,
@@ -71,7 +71,7 @@ def calibrate(
     compare: Annotated[
         Path | None,
         Option(
-            "An earlier calibration (JSON): how far each parameter has moved.",
+            "Compare with an earlier calibration (JSON).",
             metavar="OLD",
             panel=_FIT,
         ),
@@ -79,23 +79,20 @@ def calibrate(
     export: Annotated[
         Sequence[str],
         Option(
-            "Files for other programs: some of kalibr,imu_tk,px4,ardupilot. The JSON is "
-            "always written.",
+            "Files for kalibr,imu_tk,px4,ardupilot (any of them). The JSON is always written.",
             panel="Exports for other programs",
             parse=partial(parse_choices, choices=tuple(EXPORTS)),
         ),
     ] = (),
     apply: Annotated[
         Path | None,
-        Option(
-            "Correct the log by this calibration (JSON), and write it.", metavar="CAL", panel=_APPLY
-        ),
+        Option("Correct the log by this calibration and write it.", metavar="CAL", panel=_APPLY),
     ] = None,
     fix: Fix = False,
     format: Annotated[
         str | None,
         Option(
-            "File format of the corrected log; else the suffix of -o, or parquet.",
+            "Log format; by default the suffix of -o, or parquet.",
             choices=LOG_FORMATS,
             panel=_APPLY,
         ),
@@ -108,8 +105,8 @@ def calibrate(
 ) -> None:
     """Calibrate an IMU from one log of hand turns: rests in a dozen poses, and turns between them.
 
-    Prints every number with its error, and whether the calibration is valid (exit 1 if not); writes
-    it as JSON, a figure, and what is exported. With --apply, corrects a log instead; with
+    Prints every number with its standard error, and the verdict on the calibration (exit 1 if it is
+    not valid); writes JSON, a figure, and exports. With --apply, corrects a log instead; with
     --magnetometer, calibrates a compass from any motion.
     """
     if compass.magnetometer:

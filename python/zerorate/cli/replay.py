@@ -52,8 +52,8 @@ class _Sensors:
 
     calibration: Path | None = option(
         None,
-        "Correct the gyro by this calibration first (JSON of zerorate calibrate), and by "
-        "the log's accelerometer, if it has one.",
+        "Apply this calibration first (zerorate calibrate). With the log's accelerometer, if "
+        "any, its g-sensitivity is corrected, too.",
         metavar="CAL",
     )
     fix: Fix = False
@@ -74,8 +74,7 @@ def replay(
     compared: Annotated[
         Sequence[str],
         Option(
-            "Compare the method with others, of kf, akf, fading, robust and auto; all for all "
-            "of them.",
+            "Compare with kf, akf, fading, robust, auto, or all.",
             "--methods",
             metavar="NAMES",
             parse=_parse_methods,

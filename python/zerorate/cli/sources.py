@@ -22,7 +22,7 @@ class Origin:
     """Options for sources of samples other than a file."""
 
     udp: str | None = option(
-        None, "Take datagrams of this machine, answer to their sender.", metavar="HOST:PORT"
+        None, "Take datagrams, and answer to their sender.", metavar="HOST:PORT"
     )
     address: str | None = option(
         None,

@@ -65,18 +65,18 @@ class _Numbers:
 
     sequence: str | int | None = option(
         None,
-        "Sequence number, by name or position: what the source lost is taken as missing "
-        "and counted. Without it a lost sample cannot be seen.",
+        "Column of a sequence number. Lost samples are counted and treated as missing; without "
+        "it a lost sample cannot be seen.",
         metavar="COLUMN",
         parse=parse_column,
     )
     sequence_bits: int | None = option(
         None,
-        "Width of the counter that --sequence shows; learned where it is not given.",
+        "Bits of the --sequence counter. By default learned.",
         min=1,
         max=MAX_BITS,
     )
-    fields: int | None = option(None, "Numbers in a line, if the first may not be whole.", min=1)
+    fields: int | None = option(None, "Numbers per line, if the first may be cut off.", min=1)
 
     def arguments(self) -> dict[str, Any]:
         """Return those of the settings of a stream."""
@@ -93,8 +93,8 @@ class _Accelerometer:
 
     accel_columns: Sequence[str | int] | None = option(
         None,
-        "Columns x,y,z of the accelerometer that tells of motion, by name or position. "
-        "Default: those that the header line names like the one of the gyro.",
+        "Accelerometer columns x,y,z, to detect motion. By name or position. Default: those that "
+        "the header line names like the gyro's.",
         metavar="NAMES",
         parse=parse_columns,
     )
@@ -117,15 +117,16 @@ class _Attitude:
 
     attitude: bool = option(
         False,
-        "Answer with the orientation: lines hold gyro, accelerometer and maybe "
-        "magnetometer, x, y, z each.",
+        "Answer with the orientation. Lines hold gyro, accelerometer and maybe magnetometer, x, "
+        "y, z each.",
     )
     frame: Frame = option(
         "enu",
-        "Axes of the earth: east, north, up (the default); north, east, down; or north, west, up.",
+        "Axes of the earth. enu (default): east, north, up; ned: north, east, down; nwu: north, "
+        "west, up.",
         shown="",
     )
-    no_mag: bool = option(False, "Leave out the magnetometer of the lines.")
+    no_mag: bool = option(False, "Ignore the magnetometer of the lines.")
     learn_magnetometer: bool = option(False, "Learn the magnetometer's hard iron from the motion.")
 
     def arguments(self) -> dict[str, Any]:
@@ -142,10 +143,10 @@ class _Saves:
     """Options of the state that is saved."""
 
     checkpoint: Path | None = option(
-        None, "Save the state, and go on from it at the next start.", metavar="FILE"
+        None, "Save the state; the next start goes on from it.", metavar="FILE"
     )
-    every: float = option(1.0, "Seconds of samples between two saves.")
-    position: bool = option(False, "Print the sample that the checkpoint goes on with.")
+    every: float = option(1.0, "Seconds between two saves.")
+    position: bool = option(False, "Print the sample number of the checkpoint.")
     force: bool = option(False, "Start again if the checkpoint cannot be used.")
 
     def printed_position(self) -> int:
@@ -202,10 +203,10 @@ def stream(
 ) -> None:
     """Answer each line of samples at once with the compensated rate.
 
-    Where a header line names the columns, those of gyros are filtered and the others pass through;
-    an accelerometer among them tells of motion, as in a replay.
-    A line that is garbled is reported on stderr, answered with nan and taken as missing. With
-    --attitude the answer is the quaternion w, x, y, z from sensor to earth in place of the samples.
+    Where a header line names the columns, gyro columns are filtered and the others pass through; an
+    accelerometer among them detects motion, as in a replay. A line that is garbled is reported on
+    stderr, answered with nan and taken as missing. With --attitude the answer is the quaternion w,
+    x, y, z from sensor to earth in place of the samples.
     """
     if saves.position:
         print(saves.printed_position())

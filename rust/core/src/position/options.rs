@@ -137,7 +137,7 @@ pub const POSITION_CONSTANTS: &[Constant<PositionConstants>] = &[
     row(
         "step",
         "m",
-        "A step as long as this is taken whatever its course",
+        "Length of a step that is used whatever its course",
         HEADING,
         |c| Some(c.step),
         |c, value| c.step = value,
@@ -185,7 +185,7 @@ pub const POSITION_CONSTANTS: &[Constant<PositionConstants>] = &[
     row(
         "acceleration",
         "m/s^2",
-        "How fast the velocity may change while it is unknown",
+        "Rate of change of the velocity while it is unknown",
         AIDED,
         |c| Some(c.acceleration),
         |c, value| c.acceleration = value,
