@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from zerorate._native import restore_clipped_rates
 from zerorate.faults import ArgumentError
+from zerorate.numerals import to_digits
 from zerorate.record import Recording
 from zerorate.record.named import convert_to_unit, rate_of
 from zerorate.types import Booleans, Floats
@@ -62,7 +63,8 @@ class ClippedAxis:
         """Return a sentence without an end."""
         limit = math.degrees(self.sign * self.limit)
         return (
-            f"gyro {self.axis} is clipped at {limit:.0f} deg/s in {100.0 * self.share:.2g} % of "
+            f"gyro {self.axis} is clipped at {limit:.0f} deg/s in "
+            f"{to_digits(100.0 * self.share, 2)} % of "
             "the samples: restored from their flanks, and believed less"
         )
 

@@ -8,6 +8,7 @@ from zerorate.cli.options import Force, Output
 from zerorate.cli.outputs import LogAndFigure, check_outputs, print_written, progress_bar
 from zerorate.cli.parameters import Option
 from zerorate.cli.simulate import Duration, Seed, SimulatedRate
+from zerorate.numerals import to_digits
 from zerorate.show.tables import wrap_prose
 from zerorate.simulation.devices import device as find_device
 from zerorate.tasks.replay import Replay
@@ -48,8 +49,10 @@ def _guide(result: Replay, outputs: Outputs) -> str:
     errors = [score.error for score in result.scores if score.method == result.method]
     biases = np.abs([score.mean for score in result.scores if score.method == "raw"])
     sentences = (
-        f"What you see: the simulated gyro has a bias of up to {max(biases):.2g} deg/s. The method "
-        f"{result.method} found it to within {max(errors):.2g} deg/s (RMS, the column 'true "
+        f"What you see: the simulated gyro has a bias of up to {to_digits(max(biases), 2)} deg/s. "
+        "The method "
+        f"{result.method} found it to within {to_digits(max(errors), 2)} deg/s (RMS, the column "
+        "'true "
         "error').",
         f"Look at {outputs.figures[0]}: raw samples on top, below the bias of each axis with its "
         "uncertainty.",

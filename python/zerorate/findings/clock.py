@@ -11,6 +11,7 @@ import numpy as np
 from zerorate.findings.finding import Finding, Spans, count_noun
 from zerorate.findings.imus import Imu, Sensor
 from zerorate.findings.limits import LIMITS, Severity
+from zerorate.numerals import to_digits
 from zerorate.record.clock import ClockReport
 from zerorate.record.runs import runs
 from zerorate.types import Booleans, Floats, Integers
@@ -48,12 +49,13 @@ def _check_rate(sensor: Sensor, report: object) -> Iterator[Finding]:
     yield Finding(SECTION, "rate", "good", text, report.rate, "Hz", figure=sensor.figure)
     jitter = 100.0 * report.step_rms * report.rate
     if (severity := LIMITS["jitter"].severity(jitter)) != "good":
-        text = f"{sensor.name}: steps between stamps scatter by {jitter:.3g} % of a period."
+        text = f"{sensor.name}: steps between stamps scatter by {to_digits(jitter)} % of a period."
         yield _make_finding(sensor, "jitter", severity, text, jitter)
     late = 100.0 * report.late_count / sensor.log.n
     if report.late_count >= _MIN_LATE_STAMPS and LIMITS["late stamps"].severity(late) != "good":
         text = (
-            f"{sensor.name}: {report.late_count} stamps ({late:.2g} %) come more than half "
+            f"{sensor.name}: {report.late_count} stamps ({to_digits(late, 2)} %) come more than "
+            "half "
             "a period "
             "late, with no sample lost."
         )
@@ -98,7 +100,8 @@ def _check_breaks(sensor: Sensor, firsts: Integers, lengths: Integers) -> Iterat
         s for a, n in zip(firsts, lengths, strict=True) for s in sensor.spans(np.arange(a, a + n))
     )
     text = (
-        f"{sensor.name}: the log has {count_noun(firsts.size, 'break')}, {longest:.3g} s at most."
+        f"{sensor.name}: the log has {count_noun(firsts.size, 'break')}, "
+        f"{to_digits(longest)} s at most."
     )
     yield _make_finding(sensor, "break", LIMITS["break"].severity(longest), text, longest, spans)
 
@@ -111,15 +114,19 @@ def _check_gaps(
     share = 100.0 * float(lengths.sum()) / sensor.log.n
     longest = 1e3 * float(lengths.max()) / sensor.log.rate
     text_start = (
-        f"{sensor.name}: {share:.2g} % of samples are lost in {count_noun(firsts.size, 'gap')}, "
-        f"the longest lost {longest:.4g} ms"
+        f"{sensor.name}: {to_digits(share, 2)} % of samples are lost in "
+        f"{count_noun(firsts.size, 'gap')}, "
+        f"the longest lost {to_digits(longest, 4)} ms"
     )
     spans = sensor.spans(np.flatnonzero(lost), 0.0)
     if sensor.factor is None or not sensor.name.startswith("gyro"):
         yield _make_finding(sensor, "gaps", "good", f"{text_start}.", share, spans)
         return
     cost = math.degrees(sensor.factor * _gap_angle_error(sensor, firsts, lengths))
-    text = f"{text_start}; a straight line over them is wrong by about {cost:.2g} deg in all."
+    text = (
+        f"{text_start}; a straight line over them is wrong by about "
+        f"{to_digits(cost, 2)} deg in all."
+    )
     severity = LIMITS["gaps"].severity(cost)
     # So slow a log shows a part of the sensor's samples: what it lost says little of the sensor.
     severity = "look" if severity == "act" and sensor.log.rate < _SLOW_RATE_HZ else severity

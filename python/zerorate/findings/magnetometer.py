@@ -16,7 +16,7 @@ from zerorate.calibration.magnetometer import MagnetometerCalibration
 from zerorate.findings.finding import Finding, count_noun
 from zerorate.findings.imus import BLOCK_S, Imu, Sensor, cut_log
 from zerorate.findings.limits import LIMITS
-from zerorate.numerals import format_with_error
+from zerorate.numerals import format_with_error, to_digits
 from zerorate.record.log import LogError
 from zerorate.record.recording import Recording
 
@@ -74,7 +74,8 @@ def _check_iron(calibration: MagnetometerCalibration, gyro: Sensor) -> Iterator[
             SECTION, "field", "good",
             "The field that the magnetometer shows is "
             f"{format_with_error(field.value, field.sigma)} "
-            f"{calibration.unit}, {abs(dip):.3g} deg {'below' if dip > 0 else 'above'} the level.",
+            f"{calibration.unit}, {to_digits(abs(dip))} deg {'below' if dip > 0 else 'above'} the "
+            "level.",
             field.value, calibration.unit, field.sigma, figure=gyro.figure,
         )  # fmt: skip
     errors = [
@@ -90,9 +91,9 @@ def _check_iron(calibration: MagnetometerCalibration, gyro: Sensor) -> Iterator[
     size = math.hypot(*calibration.groups[group].hard_iron)
     yield Finding(
         SECTION, "heading error", LIMITS["heading error"].severity(worst),
-        f"A hard iron of {size:.3g} {calibration.unit} turns the heading of a level sensor "
+        f"A hard iron of {to_digits(size)} {calibration.unit} turns the heading of a level sensor "
         "by up to "
-        f"{worst:.2g} deg, where no one takes it off.",
+        f"{to_digits(worst, 2)} deg, where no one takes it off.",
         worst, "deg", None, _spans_where(calibration, gyro, lambda span: span.group == group),
         gyro.figure,
         "Calibrate the magnetometer where it is mounted: "
@@ -115,7 +116,8 @@ def _check_disturbance(calibration: MagnetometerCalibration, gyro: Sensor) -> It
         share = 100.0 * calibration.disturbed
         yield Finding(
             SECTION, "disturbed", LIMITS["disturbed"].severity(share),
-            f"No hard iron explains the magnetometer's field in {share:.2g} % of the log.",
+            f"No hard iron explains the magnetometer's field in {to_digits(share, 2)} % of the "
+            "log.",
             share, "%", None,
             _spans_where(calibration, gyro, lambda span: span.kind == "disturbed"),
             gyro.figure, "Leave these spans out of any heading.",

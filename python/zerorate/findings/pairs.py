@@ -13,7 +13,7 @@ from zerorate.findings.finding import Finding
 from zerorate.findings.gyro_comparison import MIN_CORRELATION, GyroDifference, compare_gyros
 from zerorate.findings.imus import BLOCK_S, Imu, Sensor
 from zerorate.findings.limits import LIMITS, Severity
-from zerorate.numerals import format_with_error
+from zerorate.numerals import format_with_error, to_digits
 from zerorate.types import Booleans, Floats
 
 SECTION: Final = "IMUs against one another"
@@ -212,7 +212,7 @@ def _compare_means(kind: str, mine: Sensor, its: Sensor, matrix: Floats, calm: B
     return Finding(
         SECTION, kind, limit.severity(size, sigma),
         f"{mine.name} and {its.name} differ by {format_with_error(size, sigma)} {limit.unit} over "
-        f"{seconds:.3g} calm seconds.",
+        f"{to_digits(seconds)} calm seconds.",
         size, limit.unit, sigma, mine.spans(np.arange(0)), mine.figure,
         "Keep it still for ten seconds in several poses; of three IMUs, the odd one shows.",
     )  # fmt: skip

@@ -13,6 +13,7 @@ from zerorate.findings.finding import RANKS, Finding, as_sentence
 from zerorate.findings.imus import BLOCK_S, Imu, Sensor
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.saturation import Saturation, find_saturation
+from zerorate.numerals import to_digits
 from zerorate.record.clock import ClockReport
 from zerorate.record.runs import runs, runs_of_rows
 from zerorate.types import Booleans, Floats, Integers
@@ -63,7 +64,8 @@ def _check_missing(sensor: Sensor) -> Iterator[Finding]:
     spans = sensor.spans(rows, 0.5)
     yield Finding(
         SECTION, "missing samples", severity,
-        f"{sensor.name}: {share:.2g} % of samples have no number, {_longest_run(rows)} in "
+        f"{sensor.name}: {to_digits(share, 2)} % of samples have no number, {_longest_run(rows)} "
+        "in "
         "a row at most, "
         f"from {spans[0][0]:.1f} to {spans[-1][1]:.1f} s.",
         share, "%", None, spans, sensor.figure,
@@ -136,7 +138,8 @@ def _describe_hard_limit(sensor: Sensor, saturations: Mapping[str, Saturation]) 
     spans = sensor.spans(rows, 0.5)
     return Finding(
         SECTION, "at its limit", severity,
-        f"{sensor.name} was at its limit for {share:.2g} % of samples, {longest:.2g} s on "
+        f"{sensor.name} was at its limit for {to_digits(share, 2)} % of samples, "
+        f"{to_digits(longest, 2)} s on "
         "end at most "
         f"({_list_limits(sensor, saturations)}), from {spans[0][0]:.1f} to {spans[-1][1]:.1f} s.",
         share, "%", None, spans, sensor.figure,
@@ -150,7 +153,7 @@ def _describe_soft_limit(sensor: Sensor, saturations: Mapping[str, Saturation]) 
     return Finding(
         SECTION, "soft limit", LIMITS["soft limit"].severity(share),
         f"{sensor.name} bends just below its largest value where it comes near it "
-        f"({_list_limits(sensor, saturations)}): {share:.2g} % of samples, from "
+        f"({_list_limits(sensor, saturations)}): {to_digits(share, 2)} % of samples, from "
         f"{spans[0][0]:.1f} to "
         f"{spans[-1][1]:.1f} s.",
         share, "%", None, spans, sensor.figure,
@@ -254,7 +257,8 @@ def _check_spikes(sensor: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
         return
     yield Finding(
         SECTION, "spikes", severity,
-        f"{sensor.name}: {rows.size} single samples ({share:.2g} %) lie far from both neighbours.",
+        f"{sensor.name}: {rows.size} single samples ({to_digits(share, 2)} %) lie far from both "
+        "neighbours.",
         float(rows.size), "", None, sensor.spans(rows), sensor.figure,
         "Remove them with `zerorate.denoise`, or a median of three, before any filter.",
     )  # fmt: skip
@@ -317,8 +321,8 @@ def _check_resolution(imu: Imu, sensor: Sensor, steps: Sequence[float]) -> Itera
     axis = int(np.argmax(steps))
     yield Finding(
         SECTION, "coarse step", "look",
-        f"{sensor.name}: numbers go in steps of {steps[axis]:.3g} {sensor.log.unit}, "
-        f"{worst:.2g} times "
+        f"{sensor.name}: numbers go in steps of {to_digits(steps[axis])} {sensor.log.unit}, "
+        f"{to_digits(worst, 2)} times "
         "their scatter at rest.",
         worst, "", None, _spans(imu), sensor.figure,
         "Log more digits, or set a smaller range.",

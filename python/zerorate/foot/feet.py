@@ -12,6 +12,7 @@ import numpy.typing as npt
 from zerorate.faults import ArgumentError
 from zerorate.foot.foot import FootTrack
 from zerorate.geometry.rotations import from_rotation_vectors, product
+from zerorate.numerals import to_digits
 from zerorate.views import Result
 
 if TYPE_CHECKING:
@@ -104,7 +105,8 @@ class Feet(Result):
     def __repr__(self) -> str:
         """Return both ways, and how often the bound was met."""
         return (
-            f"Feet({self.left.distance:.4g} m left, {self.right.distance:.4g} m right, "
+            f"Feet({to_digits(self.left.distance, 4)} m left, {to_digits(self.right.distance, 4)} "
+            "m right, "
             f"{self.bound_count} times at the bound of {self.distance:g} m)"
         )
 
@@ -186,7 +188,7 @@ def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Fe
         raise ArgumentError(
             "right",
             f"must have {_MIN_COMMON_S:g} s and four stances in common with left on one clock, got "
-            f"{max(last - first, 0.0):.3g} s with {len(marks[0])} and {len(marks[1])}",
+            f"{to_digits(max(last - first, 0.0))} s with {len(marks[0])} and {len(marks[1])}",
         )
     times = np.unique(np.concatenate([[first], *marks, [last]]))
     positions = np.array([foot.position_at(times) for foot in feet])

@@ -20,6 +20,7 @@ from zerorate.io.reading import ReadArguments
 from zerorate.io.recording import read_recording
 from zerorate.io.table import Content, Format, Table
 from zerorate.io.writing import WRITTEN_SUFFIXES
+from zerorate.numerals import to_digits
 from zerorate.record.log import Log, LogError
 from zerorate.record.names import meaning_of, split_unit
 from zerorate.record.recording import Recording
@@ -232,7 +233,11 @@ def _values(table: Table, index: int) -> str:
     if column is None or column.dtype.kind not in "fiu":
         return "holds texts" if column is None else ""
     known = column[np.isfinite(column)]
-    return f"{known.min():.4g} to {known.max():.4g}" if known.size else "all missing"
+    return (
+        f"{to_digits(known.min(), 4)} to {to_digits(known.max(), 4)}"
+        if known.size
+        else "all missing"
+    )
 
 
 def _explain_unit(table: Table, unit: str | None) -> str:

@@ -26,7 +26,7 @@ from zerorate.navigation.selfcheck import (
     NavigationFinding,
     check_navigation,
 )
-from zerorate.numerals import format_with_error
+from zerorate.numerals import format_with_error, to_digits
 from zerorate.record.fixes import Fixes
 from zerorate.record.mounting import Mounting, body_axes, check_rotation
 from zerorate.record.offset import TimeOffset
@@ -352,7 +352,9 @@ class _Search:
                 # Clock and antenna are one answer: only their difference is not identifiable.
                 return self._find_start(clock), clock, clock, ""
             return start, initial_offset, clock, ""
-        values = ", ".join(f"{name} {x:.3g} (sigma {s:.1g})" for name, x, s in clock.parts)
+        values = ", ".join(
+            f"{name} {to_digits(x)} (sigma {to_digits(s, 1)})" for name, x, s in clock.parts
+        )
         if vehicle.offset_source == "argument":
             automatic = keyword_argument("time_offset", "auto", "time_offset='auto'")
             fit = f"the fixes fit best with {values}, not {stated:g} s: "

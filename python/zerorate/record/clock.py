@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+from zerorate.numerals import to_digits
+
 RATE_TOLERANCE: Final = 0.01
 """Part by which a rate may differ from one that is stated, and stamps from their grid."""
 
@@ -103,15 +105,16 @@ class ClockReport:
         faults = []
         if self.wander:
             faults.append(
-                f"a rate that runs from {self.slowest:.4g} to {self.fastest:.4g} Hz, so that an "
-                f"even clock is up to {self.wander:.3g} s from the stamps, which are kept"
+                f"a rate that runs from {to_digits(self.slowest, 4)} to "
+                f"{to_digits(self.fastest, 4)} Hz, so that an "
+                f"even clock is up to {to_digits(self.wander)} s from the stamps, which are kept"
             )
         rms, max_jitter = 1e3 * self.jitter_rms, 1e3 * self.jitter_max
         if self.burst_count:
-            late = f"late by {rms:.3g} ms rms, {max_jitter:.3g} ms at most"
+            late = f"late by {to_digits(rms)} ms rms, {to_digits(max_jitter)} ms at most"
             faults.append(f"stamps of arrival in {count_noun(self.burst_count, 'burst')} ({late})")
         elif self.jitter_max * self.rate > RATE_TOLERANCE:
-            faults.append(f"jitter of {rms:.3g} ms rms ({max_jitter:.3g} ms at most)")
+            faults.append(f"jitter of {to_digits(rms)} ms rms ({to_digits(max_jitter)} ms at most)")
         if self.repeated_count:
             faults.append(count_noun(self.repeated_count, "repeated stamp"))
         if self.backward_count:
@@ -126,7 +129,7 @@ class ClockReport:
         if self.gap_count:
             missing = count_noun(self.missing_count, "missing sample")
             gaps = f"{missing} in {count_noun(self.gap_count, 'gap')}"
-            faults.append(f"{gaps} (longest {self.longest_gap:.3g} s)")
+            faults.append(f"{gaps} (longest {to_digits(self.longest_gap)} s)")
         return faults
 
 
@@ -148,6 +151,7 @@ def describe_rate_error(stated: float, stamped: float) -> str:
         return ""
     size = "small" if error < 0.0 else "large"
     return (
-        f"every turn comes out {100.0 * abs(error):.2g} % too {size}; leave the rate out, and the "
+        f"every turn comes out {to_digits(100.0 * abs(error), 2)} % too {size}; leave the rate "
+        "out, and the "
         "stamps count"
     )

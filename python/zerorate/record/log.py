@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError, Sentence, make_sentence, sentence_of
+from zerorate.numerals import to_digits
 from zerorate.record.missing import floats, real_numbers
 from zerorate.texts import escape_line
 from zerorate.types import Booleans, Floats
@@ -327,7 +328,8 @@ def _check_time(time: npt.ArrayLike, n: int, rate: float) -> Floats:
     error = _max_grid_error(seconds, rate)
     if error > _MAX_GRID_ERROR:
         raise LogError(
-            f"time must be uniform at {rate:g} Hz, but leaves that grid by {error:.3g} samples"
+            f"time must be uniform at {rate:g} Hz, but leaves that grid by {to_digits(error)} "
+            "samples"
         )
     return seconds
 
@@ -395,6 +397,6 @@ def notes_of(log: Log | Header, evenly_spaced: bool = False) -> tuple[str, ...]:
         error = max(clock.fastest / log.rate, log.rate / clock.slowest) - 1.0
         clock_notes.append(
             f"all samples are taken as 1/{log.rate:.6g} s apart here, which is up to "
-            f"{100.0 * error:.2g} % wrong for a while"
+            f"{to_digits(100.0 * error, 2)} % wrong for a while"
         )
     return (*clock_notes, *log.meta.get("notes", ()))

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from zerorate.numerals import to_digits
 from zerorate.show.calibration_panels import (
     draw_deviations,
     draw_log,
@@ -95,7 +96,10 @@ def _describe_result(calibration: Calibration) -> str:
     sentence = f"{sentence[0].upper()}{sentence[1:]}"
     if not (np.isfinite(before) and np.isfinite(after)):
         return f"{sentence}."
-    return f"{sentence}: gravity at rest within {before:.3g} mg before, {after:.3g} mg after (RMS)."
+    return (
+        f"{sentence}: gravity at rest within {to_digits(before)} mg before, "
+        f"{to_digits(after)} mg after (RMS)."
+    )
 
 
 def _make_caption(with_log: bool) -> str:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.numerals import format_with_error
+from zerorate.numerals import format_with_error, to_digits
 from zerorate.record.names import split_unit
 from zerorate.show.replay_grid import plot_replay_grid
 from zerorate.show.replay_panels import drop_outliers, find_certain_rest, mean_duration, rest_means
@@ -95,7 +95,7 @@ def _describe_end(replay: Replay, shown: int) -> str:
     has_sigma = replay.method == "auto"
     axis_texts = [
         f"{_short_axis_name(replay, i)} "
-        f"{format_with_error(bias[i], sigma[i]) if has_sigma else f'{bias[i]:.4g}'}"
+        f"{format_with_error(bias[i], sigma[i]) if has_sigma else f'{to_digits(bias[i], 4)}'}"
         for i in range(shown)
         if np.isfinite(bias[i])
     ]
@@ -201,7 +201,8 @@ def _make_caption(replay: Replay, shown: int, lost: Booleans) -> str:
     sentences = ["Coloured above: the middle 90 % of the samples at a time, and their median."]
     if replay.method == "auto":
         sentences.append(
-            f"Dots: means of {mean_duration(replay):.2g} s at rest, noisier than the bias."
+            f"Dots: means of {to_digits(mean_duration(replay), 2)} s at rest, noisier than the "
+            "bias."
         )
     if replay.readings is not None and not (replay.readings.at_rest | lost).all():
         sentences.append("Grey: motion, or no rest seen yet.")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from zerorate.numerals import to_digits
 from zerorate.show.replay_panels import (
     SMOOTHING_TIME_CONSTANTS,
     draw_allan,
@@ -163,7 +164,8 @@ def _make_title(replay: Replay, letters: int) -> str:
         source = f"{source[: letters // 2]}…{source[-(letters // 2) :]}"
     order = replay.params.get("order")
     model = "" if order is None else f"ARMA({order[0]}, {order[1]}), "
-    return f"{source}\n{replay.method}, {model}{replay.log.n:,} samples at {replay.log.rate:.4g} Hz"
+    rate = to_digits(replay.log.rate, 4)
+    return f"{source}\n{replay.method}, {model}{replay.log.n:,} samples at {rate} Hz"
 
 
 def _make_caption(replay: Replay, shown: int, width: int) -> str:
@@ -179,7 +181,9 @@ def _describe_shading(replay: Replay) -> str:
     has_motion = replay.readings is not None and not (replay.readings.at_rest | lost).all()
     if replay.method == "auto":
         seconds = mean_duration(replay)
-        sentences = [f"Dots: means of {seconds:.2g} s, noisier than the bias. Band: ± 2σ."]
+        sentences = [
+            f"Dots: means of {to_digits(seconds, 2)} s, noisier than the bias. Band: ± 2σ."
+        ]
     else:
         sentences = ["Dotted: end of learning."]
     if has_motion:

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from zerorate.faults import render_text
-from zerorate.numerals import DASH, format_or_dash, format_with_error
+from zerorate.numerals import DASH, format_or_dash, format_with_error, to_digits
 from zerorate.record.names import split_unit
 from zerorate.show.tables import (
     Table,
@@ -259,4 +259,8 @@ def _format_bias(replay: Summary, i: int) -> str:
 
 def _format_time_constant(replay: Summary, i: int) -> str:
     seconds = replay.time_constant[i]
-    return f"> {replay.header.duration:.4g}" if np.isinf(seconds) else format_or_dash(seconds)
+    return (
+        f"> {to_digits(replay.header.duration, 4)}"
+        if np.isinf(seconds)
+        else format_or_dash(seconds)
+    )

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from zerorate.findings.imus import BLOCK_S, Imu, Sensor, find_imus
+from zerorate.numerals import to_digits
 
 if TYPE_CHECKING:
     from zerorate.findings.report import Report
@@ -76,11 +77,14 @@ def _draw_sensor(report: Report, imu: Imu, sensor: Sensor, seconds: float, prefi
     )
     marks = "".join(_make_marks(report, imu, sensor, seconds))
     name = f"{prefix.replace('-', ' ')}{sensor.name}"
-    label = f"{name} over {seconds:.4g} s, from {low:.3g} to {high:.3g} {unit}, x, y and z"
+    label = (
+        f"{name} over {to_digits(seconds, 4)} s, from {to_digits(low)} to {to_digits(high)} "
+        f"{unit}, x, y and z"
+    )
     keys = " ".join(f'<span class="key {axis}">{axis}</span>' for axis in "xyz")
     return (
         f'<figure id="{prefix}{sensor.figure}">\n<figcaption>{escape(name)}, {escape(unit)}, '
-        f"{low:.4g} to {high:.4g} {keys}</figcaption>\n"
+        f"{to_digits(low, 4)} to {to_digits(high, 4)} {keys}</figcaption>\n"
         f'<svg class="plot" role="img" aria-label="{escape(label)}" data-seconds="{seconds:.6f}" '
         f'viewBox="0 0 {_VIEW_WIDTH:g} {_VIEW_HEIGHT:g}" '
         f'preserveAspectRatio="none">{marks}{paths}</svg>\n'

@@ -13,6 +13,7 @@ from zerorate.findings.external_settings import SECTION as ENTER
 from zerorate.findings.imus import find_imus
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.next_recording import SECTION as RECORD
+from zerorate.numerals import to_digits
 from zerorate.show.report_document import document
 from zerorate.show.report_figures import log_figures, longest_duration
 from zerorate.show.style import (
@@ -165,7 +166,7 @@ def _collapse_group(findings: list[Finding]) -> str:
 
 
 def _format_range(values: list[float]) -> str:
-    low, high = f"{min(values):.4g}", f"{max(values):.4g}"
+    low, high = f"{to_digits(min(values), 4)}", f"{to_digits(max(values), 4)}"
     return low if low == high else f"{low} to {high}"
 
 
@@ -240,4 +241,4 @@ def _limit_row(limit: Limit) -> str:
 
 def limit_text(value: float) -> str:
     """Return a limit as a table shows it, a dash where there is none."""
-    return f"{value:.3g}" if math.isfinite(value) else "–"
+    return f"{to_digits(value)}" if math.isfinite(value) else "–"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from zerorate.numerals import format_significant
+from zerorate.numerals import format_significant, to_digits
 from zerorate.show.style import (
     AXIS_COLOURS,
     BLACK,
@@ -192,7 +192,12 @@ def plot_fused(result: FusedAccelerometers) -> Figure:
 def format_fused(result: FusedAccelerometers) -> str:
     """Return the share of each sensor, how often it was left out, and what is left of it."""
     rows = tuple(
-        (f"sensor {k}", f"{weight:.3f}", f"{100.0 * out:.2g}", format_significant(float(left)))
+        (
+            f"sensor {k}",
+            f"{weight:.3f}",
+            f"{to_digits(100.0 * out, 2)}",
+            format_significant(float(left)),
+        )
         for k, (weight, out, left) in enumerate(
             zip(
                 result.weights.mean(axis=0),

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from math import ceil, floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
+from zerorate.numerals import to_digits
 from zerorate.texts import describe_missing_extra
 
 if TYPE_CHECKING:
@@ -131,8 +133,18 @@ def _height_fraction(figure: Figure, millimetres: float) -> float:
 def write_title(figure: Figure, text: str) -> None:
     """Write the title of a figure."""
     figure.text(
-        0.5, 1.0 - _height_fraction(figure, 2.0), text, ha="center", va="top", size=FONT_PT + 1.5
+        0.5,
+        1.0 - _height_fraction(figure, 2.0),
+        with_minus_signs(text),
+        ha="center",
+        va="top",
+        size=FONT_PT + 1.5,
     )
+
+
+def with_minus_signs(text: str) -> str:
+    """Return a text with the minus sign that ticks have, before numbers."""
+    return re.sub(r"(?<![\w.)])-(?=\d)", "\N{MINUS SIGN}", text)
 
 
 def write_caption(figure: Figure, text: str, size: float = FONT_PT - 0.5) -> None:
@@ -140,7 +152,7 @@ def write_caption(figure: Figure, text: str, size: float = FONT_PT - 0.5) -> Non
     figure.text(
         0.5,
         _height_fraction(figure, 2.0),
-        text,
+        with_minus_signs(text),
         ha="center",
         va="bottom",
         size=size,
@@ -151,8 +163,8 @@ def write_caption(figure: Figure, text: str, size: float = FONT_PT - 0.5) -> Non
 def write_corner(figure: Figure, source: str, rate: float, seconds: float) -> None:
     """Write a recording's name, rate and span, as far as known, into the lower right corner."""
     unit, length = time_unit(seconds)
-    details = [f"{rate:.4g} Hz"] if rate > 0.0 else []
-    details += [f"{seconds / length:.4g} {unit}"] if seconds > 0.0 else []
+    details = [f"{to_digits(rate, 4)} Hz"] if rate > 0.0 else []
+    details += [f"{to_digits(seconds / length, 4)} {unit}"] if seconds > 0.0 else []
     text = " · ".join([shorten_source(source), *details] if source else details)
     right = 1.0 - 1.5 * INCHES_PER_MM / figure.get_figwidth()
     figure.text(

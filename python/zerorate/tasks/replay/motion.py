@@ -7,6 +7,7 @@ import numpy as np
 
 from zerorate._native import MotionDetector
 from zerorate.io import LogFile
+from zerorate.numerals import to_digits
 from zerorate.record import LogError
 from zerorate.tasks.workers import prefetch
 from zerorate.types import Booleans
@@ -49,4 +50,6 @@ def note_on_motion(accel: LogFile, moving: Booleans, rate: float) -> str:
     """Return the sentence that says what the accelerometer was used for."""
     names = ", ".join(accel.header.names)
     seconds = np.count_nonzero(moving) / rate
-    return f"the accelerometer ({names}) shows motion for {seconds:.4g} s, taken for no bias"
+    return (
+        f"the accelerometer ({names}) shows motion for {to_digits(seconds, 4)} s, taken for no bias"
+    )

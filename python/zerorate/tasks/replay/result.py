@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 import numpy as np
 
 from zerorate.faults import keyword_argument, make_sentence
+from zerorate.numerals import to_digits
 from zerorate.record import Log
 from zerorate.record.log import Header, notes_of
 from zerorate.record.names import add_unit_suffix, split_unit
@@ -295,7 +296,7 @@ def _log_notes(replay: Summary) -> Iterator[str]:
 
 def _time_constant_notes(replay: Summary) -> Iterator[str]:
     times = {
-        name: "longer than the record" if math.isinf(seconds) else f"{seconds:.3g} s"
+        name: "longer than the record" if math.isinf(seconds) else f"{to_digits(seconds)} s"
         for name, seconds in zip(replay.header.names, replay.time_constant, strict=True)
         if not math.isnan(seconds)
     }
@@ -309,7 +310,7 @@ def _motion_notes(replay: Summary) -> Iterator[str]:
     if moved is None or not moved.any():
         return
     seconds = zip(replay.header.names, moved / replay.header.rate, strict=True)
-    listed = ", ".join(f"{name} {time:.4g} s" for name, time in seconds if time)
+    listed = ", ".join(f"{name} {to_digits(time, 4)} s" for name, time in seconds if time)
     yield (
         f"in motion, or not yet seen to rest, where nothing is learned: {listed}; all measures are "
         "of the rest"
