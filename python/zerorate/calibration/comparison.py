@@ -120,7 +120,7 @@ def compare_calibrations(first: Calibration, second: Calibration) -> Calibration
     Returns
     -------
     CalibrationComparison
-        z of each parameter, which have moved, and the probability that none has.
+        z of each parameter, the parameters that have moved, and the probability that none has.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def compare_calibrations(first: Calibration, second: Calibration) -> Calibration
 
     Notes
     -----
-    z is the difference over the root of both variances; a parameter counts that both records
+    z is the difference over the root of the sum of both variances, for parameters that both records
     determine. Standard errors hold within a session: the bias of a consumer accelerometer moves by
     about 1 mg from one to the next, that of a gyro by more, with temperature and each start.
 

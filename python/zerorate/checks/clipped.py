@@ -101,13 +101,13 @@ class RestoredGyro:
 
 
 def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredGyro:
-    """Return rates that a gyro clipped at its range as their flanks promise them.
+    """Restore rates that a gyro clipped at its range, from their flanks.
 
-    Nothing need be known of the range. An axis and sign counts as clipped if the rate is within 4 %
-    of its largest for a tenth of a second, there are half as many such samples as there are a
-    little below, and cubics through the flanks rise above the plateaus by 1.5 % of the largest on
-    average: round peaks and true plateaus come out as their flanks promise, and stay to the last
-    bit. So does a gyro that never turned by 100 deg/s.
+    The range need not be known. An axis and sign counts as clipped if the rate is within 4 % of its
+    largest for a tenth of a second, there are half as many such samples as a little below, and
+    cubics through the flanks rise above the plateaus by 1.5 % of the largest on average. Round
+    peaks and true plateaus agree with their flanks, and stay unchanged to the last bit. So does a
+    gyro that never turned by 100 deg/s.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredG
     Returns
     -------
     RestoredGyro
-        The rates, which were restored, and how far they may be wrong.
+        The rates, the mask of restored ones, and their variance.
 
     Raises
     ------
@@ -128,9 +128,9 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredG
 
     Notes
     -----
-    A restored rate is at most twice the range. Where a gyro is clipped for longer than about a
-    tenth of a second, no cubic knows the peak: `variance` says so. Half a second at one rate is no
-    peak, but a table or a wheel that turns, and stays.
+    A restored rate is at most twice the range. If a gyro is clipped for longer than about a tenth
+    of a second, no cubic predicts the peak: `variance` is then large. Half a second at a constant
+    rate is no peak, but a turning table or wheel, and stays.
 
     Examples
     --------

@@ -135,19 +135,19 @@ class Feet(Result):
 
 
 def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Feet:
-    """Return the tracks of both feet of a person in one frame, held together.
+    """Return the tracks of both feet of a person in one frame, with a bound on their distance.
 
-    No foot is farther from the other than a step is long: where the tracks say so, their headings
-    have drifted apart, and a Kalman smoother over the steps of both, whose headings wander as
-    their deviations say, takes that back. A drift that both headings share it cannot see.
+    The feet are never farther apart than one step: where the tracks exceed this, their headings
+    have drifted apart. A Kalman smoother over the steps of both, whose headings wander by their
+    standard deviations, corrects that. It cannot see a drift that both headings share.
 
     Parameters
     ----------
     left, right : FootTrack
-        On one clock; smoothed ones are better. Where each sensor's axes look is not needed: the
-        right track is laid over the left one by the first 20 m.
+        On one clock; smoothed ones are better. The directions of the sensors' axes are not needed:
+        the right track is aligned with the left one by the first 20 m.
     distance : float, default 1.2
-        How far feet are apart at most, m: 1.2 walking, more running.
+        Largest distance of the feet, m: 1.2 when walking, more when running.
 
     Returns
     -------
@@ -163,8 +163,8 @@ def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Fe
 
     Notes
     -----
-    Deviations of place count from the left foot's start. A bound does not make a walk straight:
-    both headings are better by what is averaged over two sensors.
+    Standard deviations of the position count from the left foot's start. A bound does not make a
+    walk straight: both headings gain only by averaging over two sensors.
 
     I. Skog, J.-O. Nilsson, D. Zachariah, P. Händel, *IPIN*, 2012.
 

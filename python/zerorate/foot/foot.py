@@ -254,32 +254,33 @@ class FootTrack(SmoothableTrack, Result):
 class FootNavigation:
     """Position and attitude of a sensor on a foot, from its gyro and accelerometer alone.
 
-    Now and then the foot stands, and its velocity is zero. Stances are the valleys of a bound of
-    the speed, without a threshold that is tuned to a sensor or a gait, and the noise of the zero
-    velocity comes of the same bound. Rates that the gyro clipped at its range are restored first;
-    its bias is learned where the foot rests for half a second, never from zero velocities. A whole
-    recording is worked at once; there is no live form yet.
+    Now and then the foot stands, and its velocity is zero. Stances are the minima of a bound of the
+    speed, without a threshold tuned to a sensor or a gait, and the noise of the zero velocity
+    follows from the same bound. Rates that the gyro clipped at its range are restored first; its
+    bias is learned where the foot rests for half a second, never from zero velocities. It processes
+    a whole recording; `FootFilter` is the live form.
 
     Parameters
     ----------
     rate : float, optional
         Samples a second, if it is to be checked against the recording's.
     floor : {None, "level"}, default None
-        "level": stances within 0.1 m of the floor so far are on it; higher or lower ones begin
-        another, as a stair does. It flattens ramps of less than 0.1 m a stride.
+        "level": stances within 0.1 m of the current floor are on it; higher or lower ones begin
+        another, as on a stair. It flattens ramps of less than 0.1 m a stride.
     restore : bool, default True
-        Whether rates that the gyro clipped are restored.
+        Restore rates that the gyro clipped.
 
     Raises
     ------
     ValueError
-        If a parameter is out of its range.
+        If a parameter is out of range.
 
     Notes
     -----
-    Between 48 and some thousand samples a second. A sample that is not finite is missing: the one
-    before for a tenth of a second, then the deviations grow; after a gap of more than a second the
-    track goes on from where it was, with deviations that say how far the foot may have gone.
+    Between 48 and some thousand samples a second. A sample that is not finite is missing: the last
+    one replaces it for a tenth of a second, then the standard deviations grow. After a gap of more
+    than a second the track continues from its last position, with standard deviations for the
+    distance that the foot may have gone.
 
     Examples
     --------

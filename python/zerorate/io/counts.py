@@ -109,7 +109,7 @@ def raw_counts(device: str, gyro: float, accel: float | None = None) -> RawCount
     gyro : float
         End of the range that the gyro was set to, deg/s: 250 for ±250 deg/s.
     accel : float, optional
-        That of the accelerometer, g: 2 for ±2 g. Without it accelerations are left as they are.
+        Range of the accelerometer, g: 2 for ±2 g. Without it accelerations are left as they are.
 
     Returns
     -------
@@ -119,7 +119,7 @@ def raw_counts(device: str, gyro: float, accel: float | None = None) -> RawCount
     Raises
     ------
     ValueError
-        If the device is not in the table, or has no such range; the message lists what there is.
+        If the device is not in the table, or has no such range; the message lists the choices.
 
     Examples
     --------

@@ -137,16 +137,16 @@ def read_fixes(
         ``time_s``, ``latitude_deg``, ``longitude_deg``, ``height_m`` in any format or object that
         `read_recording` takes, PX4's ULog among them. ``docs/how-to/fixes.md`` lists the columns.
     format : {"nmea", "rtklib", "navsatfix", "table"}, optional
-        What a file is. Default: found from its content, whatever its suffix.
+        Format of a file. Default: found from its content, whatever its suffix.
     topic : str, optional
         The topic of a PX4 log; by default the first with a latitude.
 
     Returns
     -------
     Fixes
-        In order of time, in deg, m and m/s. What has no position, or stands earlier than the row
-        before, is left out; ``notes`` says how much, and what was assumed. Times are those of the
-        file: Unix time where it tells the date, of GPS in a solution of RTKLIB that is in it, and
+        In order of time, in deg, m and m/s. Rows without a position, or earlier than the row
+        before, are left out; ``notes`` states their number, and assumptions. Times are those of the
+        file: Unix time if it has the date, GPS time in a solution of RTKLIB in that time, and
         ``epoch`` leads from there to UTC.
 
     Raises
@@ -162,8 +162,8 @@ def read_fixes(
 
     Notes
     -----
-    Heights are above the ellipsoid. NMEA tells the height above mean sea level and that of the
-    geoid, whose sum it is; where it tells only the first, ``notes`` says so.
+    Heights are above the ellipsoid. NMEA has the height above mean sea level and the geoid's
+    height, which are added; if it has only the first, ``notes`` says so.
 
     Examples
     --------

@@ -163,8 +163,8 @@ def read_log(
         or ``.db3`` of a ROS 2 bag, ``.mcap``, PX4's ``.ulg``, ArduPilot's ``.bin`` or its text,
         a camera's ``.mp4``, Betaflight's ``.bbl``. Or an object: a data frame of pandas or polars,
         a pyarrow table or another with ``__arrow_c_stream__``, a dict of arrays by name, a
-        structured array, an array (n,) or (n, k). ``docs/reference/logs.md`` says what is read of
-        each.
+        structured array, an array (n,) or (n, k). ``docs/reference/logs.md`` describes what is read
+        from each.
     rate
         Samples per second, Hz. Needed where the file has neither timestamps nor a rate in its
         metadata; elsewhere it must agree with the timestamps to 1 % and then is the log's rate.
@@ -176,37 +176,37 @@ def read_log(
     unit
         ``"rad/s"``, ``"deg/s"``, ``"deg/h"``, ``"g"`` or ``"m/s^2"``, where the file does not
         say it. By default the suffix of the columns' names (``_dps``, ``[rad s^-1]``), then the
-        metadata; ``"unit"`` where nothing is known. Values are never converted.
+        metadata; ``"unit"`` where it is unknown. Values are never converted.
     topic
-        Which topic to read of a ROS recording, needed where several hold ``sensor_msgs/Imu``, or
+        Topic to read from a ROS recording, needed where several hold ``sensor_msgs/Imu``, or
         of a PX4 log, by default ``sensor_combined`` or else the first with a gyro.
     sensor
-        Which gyro of several: words of its columns' names, as ``"imu2"``, ``"left ankle"`` or
+        Gyro of several: words of its columns' names, such as ``"imu2"``, ``"left ankle"`` or
         ``"uncalibrated"``; ``"all"`` for those of every device together. By default one of three
         axes, unfiltered rather than filtered, calibrated rather than raw counts, and the first in
         the file; a note names the others.
     scale
-        What the values are multiplied by, where they are raw counts or in another unit than
-        `unit` says: a number, or `zerorate.raw_counts` of a device, whose unit is then known.
+        Factor of the values, if they are raw counts or not in `unit`: a number, or
+        `zerorate.raw_counts` of a device, whose unit is then known.
     start, stop
-        Seconds from the first sample, between which the log is read: from `start`, to before
-        `stop`. By default all of it. The clock is that of the whole log in any case.
+        Part of the log to read, in seconds from the first sample: from `start` to before `stop`. By
+        default all of it. The clock is always that of the whole log.
     time
-        Name or index of the column with the timestamps, where it is not found by its name or is
-        another one; False to read the log without, by `rate`.
+        Name or index of the column with the timestamps, if it is not found by its name; False to
+        ignore timestamps and use `rate`.
     time_unit
-        Unit of numbers as timestamps, where their name does not say it and what they would mean
-        does not tell: ``"s"``, ``"ms"``, ``"us"``, ``"ns"``, ``"100us"``, ``"min"``, ``"h"``,
-        ``"days"``, or ``"samples"`` of the `rate` stated.
+        Unit of numeric timestamps, if neither their name nor their values show it: ``"s"``,
+        ``"ms"``, ``"us"``, ``"ns"``, ``"100us"``, ``"min"``, ``"h"``, ``"days"``, or ``"samples"``
+        of the `rate` stated.
     torn
-        ``"skip"`` leaves out the lines of a text table that are no whole rows; by default one that
-        is not the last or the first is an error, which names it.
+        ``"skip"`` leaves out lines of a text table that are not whole rows; by default such a line,
+        unless it is the last or the first, is an error that names it.
 
     Returns
     -------
     Log
-        Data of shape (n, k), float64, NaN where a sample is missing. ``meta["clock"]`` reports
-        on the timestamps, ``meta["notes"]`` on what was assumed.
+        Data of shape (n, k), float64, NaN where a sample is missing. ``meta["clock"]`` reports on
+        the timestamps, ``meta["notes"]`` on assumptions.
 
     Raises
     ------
@@ -231,13 +231,13 @@ def read_log(
     the rows have the `rate` stated or one of 0.5 Hz to 32 kHz; where two remain the log is
     refused. In a table without names the first column is the time if it rises in near-equal steps
     over most rows and no other column does; if it only counts rows (0, 1, 2, ...) it is left out,
-    and ``rate`` is needed. Where the clock wanders its stamps are kept, in ``stamps``.
+    and ``rate`` is needed. If the clock wanders its stamps are kept, in ``stamps``.
 
-    Missing samples, judged by the stamps' deviation from a uniform clock, become NaN rows.
-    Late or repeated stamps do not add or drop rows. Where the clock jumps back, the rows stay in
-    the file's order and the time goes on. Samples that their host stamped as they arrived, in
-    bursts, stand on the regular clock under the stamps. Rows that repeat the one before because the
-    sensor is slower than its log are left out, unless ``rate`` is that of the timestamps.
+    Missing samples, found by the stamps' deviation from a uniform clock, become NaN rows.
+    Late or repeated stamps do not add or drop rows. If the clock jumps back, the rows keep the
+    file's order and the time goes on. Samples that a host stamped on arrival, in bursts, get the
+    times of the regular clock below the stamps. Rows that repeat the one before because the sensor
+    is slower than its log are left out, unless ``rate`` is that of the timestamps.
 
     Examples
     --------

@@ -89,7 +89,7 @@ def read_recording(
         As of `read_log`; or a list of them, such as the file of an IMU and that of a GNSS
         receiver, whose logs keep their own clocks.
     rate
-        Samples per second of the gyro and of what has no timestamps, Hz.
+        Samples per second of the gyro and of sensors without timestamps, Hz.
     columns
         Names or indices of the gyro's columns, or of those of several kinds, ``{"gyro": ["p", "q",
         "r"], "accel": [4, 5, 6]}``, also ``mag``; by default they are found, one log a sensor.
@@ -106,16 +106,15 @@ def read_recording(
         ``gravity``, ``reference``, ``position``, ``velocity``, and ``position_sigma`` and
         ``velocity_sigma``, their standard deviations.
     sensor
-        Which sensor of several, as of `read_log`. By default there is a log for each device, and of
+        Sensor of several, as of `read_log`. By default there is a log for each device, and of
         values in several stages (raw, calibrated, filtered) the best is read, as ``notes`` says.
     scale
-        What values are multiplied by: a number for the gyro, ``{"gyro": 1 / 131, "accel":
+        Factors of the values: a number for the gyro, ``{"gyro": 1 / 131, "accel":
         1 / 16384}``, or `zerorate.raw_counts` of a device, whose units are then known.
     start, stop
-        Seconds between which the logs are read: from `start`, to before `stop`. They are counted
-        from the earliest sample of all logs of a source; those of a list have clocks of their
-        own. Another sensor than the gyro without a sample there is left out, and ``notes`` says
-        so.
+        Part of the logs to read, s: from `start` to before `stop`, counted from the earliest sample
+        of all logs of a source; those of a list have clocks of their own. Another sensor than the
+        gyro without a sample there is left out, and ``notes`` says so.
     time, time_unit, torn
         As of `read_log`; in a source of several tables the column is that of those that have it.
 
@@ -123,8 +122,8 @@ def read_recording(
     -------
     Recording
         Logs of shape (n, k), NaN where a sample is missing. A sensor that has a value in every
-        second row or fewer has a log at its own rate. Its ``fixes``, ``mounting`` and ``tables``
-        are read when first asked for.
+        second row or fewer has a log at its own rate. The recording's ``fixes``, ``mounting`` and
+        ``tables`` are read at first access.
 
     Raises
     ------

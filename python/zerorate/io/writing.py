@@ -35,22 +35,22 @@ def write_log(
     *,
     force: bool = False,
 ) -> None:
-    """Write a log so that `read_log` gives it back: data and time bit for bit.
+    """Write a log so that `read_log` returns the same data and time, bit for bit.
 
     Its extra columns are written after the channels, by their own names. `read_log` leaves them out
-    unless it is asked for them by name; in an ``.npz`` they are arrays of their own.
+    unless they are requested by name; in an ``.npz`` they are arrays of their own.
 
     Parameters
     ----------
     log
-        What to write. Columns whose name carries no unit get the suffix of the log's unit.
+        Log to write. Columns without a unit in their name get the suffix of the log's unit.
     path
         ``.csv``, ``.tsv``, ``.npz`` or ``.parquet``. A text table begins with one ``#`` line
         where its columns alone would not give back the rate, unit and names. For other programs
-        ``.mcap`` (Foxglove, PlotJuggler) and ``.gcsv`` (Gyroflow), in the units of these, of which
-        `read_log` gives back no more than they hold.
+        ``.mcap`` (Foxglove, PlotJuggler) and ``.gcsv`` (Gyroflow), in the units of these;
+        `read_log` returns no more than they hold.
     force
-        Whether to replace an existing file; default no.
+        Replace an existing file; default no.
 
     Raises
     ------

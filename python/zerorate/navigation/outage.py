@@ -224,7 +224,7 @@ def outages(
         depend on it. Each takes 0.4 kB a sample and, with `smooth`, about 3 kB a step of the
         covariance.
     progress : callable, optional
-        Called with a step's name and the fraction that is done.
+        Called with a step's name and the fraction done.
         By default a bar in a notebook.
 
     Returns

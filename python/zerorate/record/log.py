@@ -29,13 +29,13 @@ _STEP_TOLERANCE: Final = 1e-3
 
 
 class LogError(ValueError):
-    """The content of a log is not what was expected; the message says what and where.
+    """The content of a log is not as expected; the message says what and where.
 
     Attributes
     ----------
     argument : str or None
-        Keyword of the argument that asked for what the log does not have; None where the log itself
-        is at fault.
+        Keyword of the argument that requested something the log lacks; None if the log itself is at
+        fault.
     """
 
     def __init__(self, message: str, argument: str | None = None) -> None:
@@ -73,7 +73,7 @@ class Log:
     Parameters
     ----------
     time
-        Seconds, shape (n,), uniform: sample i stands at ``time[0] + i / rate``.
+        Seconds, shape (n,), uniform: sample i has the time ``time[0] + i / rate``.
     rate
         Samples per second, Hz.
     data
@@ -82,14 +82,14 @@ class Log:
     names
         One name a channel, all different.
     unit
-        ``"deg/s"``, ``"rad/s"``, ``"deg/h"``, ...; ``"unit"`` where nothing is known. Or one a
+        ``"deg/s"``, ``"rad/s"``, ``"deg/h"``, ...; ``"unit"`` where it is unknown. Or one a
         channel: those of a position, ``("deg", "deg", "m")``, become ``"deg, deg, m"``.
     meta
-        Whatever else is known. ``read_log`` fills ``source``, ``format``, ``clock`` (a
+        Further metadata. ``read_log`` fills ``source``, ``format``, ``clock`` (a
         `ClockReport`), ``notes`` (a tuple of sentences) and, where given, ``sensor``.
     stamps
-        When each sample was taken, s, shape (n,), where its clock wanders so that ``time`` is not
-        right; None where it is. Whatever integrates or meets another clock goes by `sampled`.
+        Time of each sample, s, shape (n,), where the clock wanders so that ``time`` is not right;
+        None where it is. Integration and alignment with another clock use `sampled`.
     extra
         Further columns by name, numbers or flags of shape (n,), with the unit in the name:
         ``bias_sigma_gyro_z_dps``. They are written next to the channels, but are no channels of

@@ -195,7 +195,7 @@ def simulate_motion(
     field: float = 48.0,
     dip: float = 65.0 * _DEG,
 ) -> SimulatedMotion:
-    """Simulate gyro, accelerometer and magnetometer in a motion whose orientation is known.
+    """Simulate gyro, accelerometer and magnetometer in a motion of known orientation.
 
     Parameters
     ----------
@@ -209,22 +209,21 @@ def simulate_motion(
         Seconds. Default 60.
     seed : int
         Not negative. The same arguments give the same samples. Motion, errors and each noise draw
-        from streams of their own: other errors are of the same motion.
+        from streams of their own: other errors leave the motion the same.
     start : {"rest", "motion"}
-        Whether 5 s at rest come first, from which the motion gathers speed, or it is under way
-        from the first sample on.
+        Begin with 5 s at rest, from which the motion accelerates, or in full motion.
     errors : MotionErrors, optional
-        Of the sensors; default those of a consumer device. ``MotionErrors.none()`` has none.
+        Errors of the sensors; default those of a consumer device. ``MotionErrors.none()`` has none.
     magnet : array_like, shape (m, 2)
-        Seconds from and to which a magnet or iron is near: norm and dip of the field change.
-        Default: never.
+        Start and end of spans, s, in which a magnet or iron is near: norm and dip of the field
+        change. Default: never.
     field, dip : float
-        Of the earth: uT, and rad below the horizon. Default 48 uT, 65 deg.
+        Field of the earth: uT, and rad below the horizon. Default 48 uT, 65 deg.
 
     Returns
     -------
     SimulatedMotion
-        What the sensors give, and what is true.
+        Samples of the sensors, and the truth.
 
     Raises
     ------
@@ -236,7 +235,7 @@ def simulate_motion(
     Orientation, angular rate and velocity are closed forms of time. Gyro samples are the mean rate
     of the interval which ends at the sample (Gauss-Legendre, four points); accelerometer and
     magnetometer are sampled at that time. Acceleration is a central difference of the velocity
-    over 20 us, good to 1e-6 m/s^2. How violent a motion is, its seed draws.
+    over 20 us, good to 1e-6 m/s^2. The seed also draws the strength of the motion.
 
     Examples
     --------

@@ -232,41 +232,42 @@ def replay_array(
     progress: Progress | None = None,
     **options: Unpack[ArrayArguments],
 ) -> ArrayReplay:
-    """Make one gyro of all gyros of a recording, sample by sample as live.
+    """Fuse all gyros of a recording into one, sample by sample as live.
 
     ``zerorate replay --array`` does the same.
 
     Parameters
     ----------
     source : Recording, Log, ArrayLog, path, data frame or mapping of arrays
-        With several gyros of one body; an ArrayLog is taken as it is.
+        With several gyros of one body; an ArrayLog is used as it is.
     rotations : Rotations, path, array_like of shape (N, 3, 3) or "find", optional
-        From each sensor's axes to those of the body. "find": from the log's motion. By default
+        Rotations to the axes of the body. "find": from the log's motion. By default
         all are aligned.
     positions : array_like, shape (N, 3), optional
-        Of the sensors in the axes of the body, m, for the accelerometers of the log, if it has any.
+        Positions of the sensors in the axes of the body, m, for the accelerometers of the log, if
+        any.
     weights : {"auto", "mean", "white"} or array_like
         As of `zerorate.GyroArray`.
     fix : bool
-        Put right a unit or axes of a gyro that the motion contradicts, where that is sure.
+        Correct a unit or axes of a gyro that the motion contradicts, where that is certain.
     progress : callable, optional
-        Called with a step's name and the fraction of it that is done.
+        Called with a step's name and the fraction done.
         By default a bar in a notebook.
     **options
         Other arguments of `zerorate.GyroArray`: ``limit``, ``rest_limit``, ``bias_limit``,
-        ``scale_error``, ``method``. Where the unit is known, the limits of what rest can be are
-        those of `zerorate.options.LIMITS` unless they are given. Arguments of
-        `zerorate.read_recording`, for a source that is read.
+        ``scale_error``, ``method``. Where the unit is known, the limits of rest are those of
+        `zerorate.options.LIMITS` unless they are given. Arguments of `zerorate.read_recording`, for
+        a source that is read.
 
     Returns
     -------
     ArrayReplay
-        Rate, weights, what became of the samples, Allan deviations; `table`, `plot`, `save`.
+        Rate, weights, use of the samples, Allan deviations; `table`, `plot`, `save`.
 
     Raises
     ------
     LogError
-        If there is no gyro, the gyros do not go together, or no sensor holds a sample.
+        If there is no gyro, the gyros do not match, or no sensor holds a sample.
     ValueError
         If an argument is not valid.
 

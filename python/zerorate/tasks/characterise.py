@@ -176,13 +176,13 @@ def characterise(
     confidence : float
         Probability that the bounds hold the true deviation.
     markov : int
-        How many Markov terms to find.
+        Number of Markov terms to find.
     second_opinion : bool
         Estimate the coefficients from the spectrum as well.
     fix : bool
-        Put right a unit or axes of the gyro that a motion contradicts, where that is sure.
+        Correct a unit or axes of the gyro that a motion contradicts, where that is certain.
     progress : callable, optional
-        Called with a step's name and the fraction that is done. By default a bar in a notebook.
+        Called with a step's name and the fraction done. By default a bar in a notebook.
     **reading
         Arguments of `zerorate.read_recording`, for a source that is read.
 
@@ -194,7 +194,7 @@ def characterise(
     Raises
     ------
     LogError
-        If there is no sensor, the log has fewer than 20 samples, or a column none.
+        If there is no sensor, the log has fewer than 20 samples, or a column has none.
     ValueError
         If an argument is not as described.
 

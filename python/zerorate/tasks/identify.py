@@ -115,7 +115,7 @@ def identify(
     order : (int, int), optional
         Order p, q of the model; by default the clear choice of the criterion.
     criterion : str
-        By which orders are chosen: "fpe", "aic", "aicc", "bic" or "hq".
+        Criterion for the orders: "fpe", "aic", "aicc", "bic" or "hq".
     max_order : int
         Largest order of the autoregressive models.
     estimator : str
@@ -123,17 +123,17 @@ def identify(
     segments : int
         Parts of the record that the tests of stationarity compare.
     outliers : {"hampel", "moving-average"}, optional
-        How outliers are replaced first.
+        Replacement of outliers, first.
     smooth : int
-        Samples of a moving average that is taken first.
+        Samples of a moving average, applied first.
     decimate : int
         Keep every so many-th sample, after a low-pass.
     trend : {"mean", "linear"}, optional
-        What is subtracted first.
+        Trend to subtract first.
     fix : bool
-        Put right a unit or axes of the gyro that a motion contradicts, where that is sure.
+        Correct a unit or axes of the gyro that a motion contradicts, where that is certain.
     progress : callable, optional
-        Called with a step's name and the fraction that is done. By default a bar in a notebook.
+        Called with a step's name and the fraction done. By default a bar in a notebook.
     **reading
         Arguments of `zerorate.read_log`, for a source that is read.
 

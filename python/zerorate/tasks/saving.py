@@ -286,7 +286,7 @@ class Outputs:
         draw : callable or sequence of callable
             Of the figure, or of each.
         progress : callable
-            Called with a step's name and the fraction that is done.
+            Called with a step's name and the fraction done.
         done : float
             Fraction that was done before.
 

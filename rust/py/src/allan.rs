@@ -95,14 +95,14 @@ getters! { AllanNoise, slf, py, this;
 /// Averaging times are 1, 2, 4, … samples. The estimators are the fully overlapping ones, which take
 /// a difference at every sample, and equal those of the whole record to rounding. For that the
 /// object keeps the last three times the longest averaging time: ``16 * 2**octaves`` bytes a channel,
-/// 1 MiB for 16 octaves, however long the record. Estimators that overlap in part only would need a
-/// few numbers an octave, and be less certain.
+/// 1 MiB for 16 octaves, however long the record. Partly overlapping estimators would need only a
+/// few numbers an octave, but be less certain.
 ///
 /// A sample that is not finite (or ``update(None)``) is missing, and every difference that would
 /// need it is left out. One object serves one thread at a time.
 ///
-/// Differences are taken of 32 samples together, so the work comes with every 32nd sample, bounded
-/// and without allocation; what is read is always up to date.
+/// Differences are computed for 32 samples together, so every 32nd sample does the work, bounded
+/// and without allocation; the properties are always up to date.
 ///
 /// Parameters
 /// ----------
@@ -125,8 +125,9 @@ getters! { AllanNoise, slf, py, this;
 /// The overlapping Allan and Hadamard variances of Riley, *Handbook of Frequency Stability Analysis*,
 /// NIST SP 1065 (2008), section 5.2, with rates in place of fractional frequencies: mean squares of
 /// the second and third differences of the phase over ``2 m**2`` and ``6 m**2``. The phase is the
-/// running sum of distances from the first sample, or the first after a missing one. If the mean of n
-/// samples lies D off it, rounding is as noise of deviation ``6e-17 * n * D`` on each sample.
+/// running sum of distances from the first sample, or the first after a missing one. If the mean of
+/// n samples differs from that sample by D, rounding acts as noise of standard deviation ``6e-17 *
+/// n * D`` on each sample.
 ///
 /// Examples
 /// --------

@@ -228,35 +228,35 @@ fn missing(record: &[f64]) -> Option<usize> {
 /// Wavelet denoising while samples arrive, late by a known number of samples.
 ///
 /// A decimated bank of Daubechies' filters splits the signal into octaves; details smaller than
-/// ``threshold`` deviations of the noise are taken away (VisuShrink), and the rest is put together
-/// again. What ``update`` returns belongs to the sample ``delay`` samples ago, ``(2**level - 1) *
-/// (taps - 1) + 1``, to the last bit of that number: with ``threshold=0`` it is that sample, to
-/// rounding. **At equal delay a linear-phase low-pass is better nearly always**: docs/explanation/wavelets.md.
+/// ``threshold`` standard deviations of the noise are removed (VisuShrink), and the signal is
+/// reconstructed. ``update`` returns the value of the sample ``delay`` samples ago, exactly
+/// ``(2**level - 1) * (taps - 1) + 1``: with ``threshold=0`` it is that sample, to rounding. **At
+/// equal delay a linear-phase low-pass is nearly always better**: docs/explanation/wavelets.md.
 ///
-/// The deviation of the noise is learned from the finest octave, by counting how many details lie
-/// within it: no outlier moves it by more than any other sample. Sixteen details begin it, and before
-/// that nothing is taken away. Motion that is quick enough to reach the finest octave passes for noise
-/// in time; the longer the filter, the quicker it must be.
+/// The standard deviation of the noise is learned from the finest octave, by counting the details
+/// within it: no outlier changes it by more than any other sample. It begins with sixteen details,
+/// and before that nothing is removed. Motion that is quick enough to reach the finest octave
+/// counts as noise after a while; the longer the filter, the quicker it must be.
 ///
-/// One that is not finite (or ``update(None)``) is a missing sample: the last one before it is taken
-/// for it, and the noise learns nothing from details that it is in. Before the first sample NaN is
-/// returned. One object serves one thread at a time.
+/// A sample that is not finite (or ``update(None)``) is missing: the last one replaces it, and
+/// details that contain it do not change the noise. Before the first sample NaN is returned. One
+/// object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second: it says how fast the noise is followed (a factor of e in some 10 s), and
-///     what ``delay_seconds`` is.
+///     Samples a second: sets the time constant of the noise (some 10 s) and ``delay_seconds``.
 /// wavelet : {"haar", "db2", "db4", "db8"}, default "db2"
-///     2, 4, 8 or 16 taps. Short ones delay less, long ones tell motion from noise better.
+///     2, 4, 8 or 16 taps. Short ones delay less, long ones distinguish motion from noise better.
 /// level : int, default 3
 ///     Octaves that are denoised, from 1 to 10: each halves the variance of white noise and doubles
 ///     the delay.
 /// mode : {"hard", "soft"}, default "hard"
-///     Details above the threshold stay, or come nearer to zero by it: soft is smoother at rest and
-///     bends motion.
+///     Details above the threshold stay, or shrink by it: soft is smoother at rest and distorts
+///     motion.
 /// threshold : float, default 4.0
-///     In deviations of the noise; 4 is that of VisuShrink for 3000 samples. 0 takes nothing away.
+///     In standard deviations of the noise; 4 is that of VisuShrink for 3000 samples. 0 removes
+///     nothing.
 /// channels : int, optional
 ///     Number of signals side by side; ``None`` is a single one.
 ///

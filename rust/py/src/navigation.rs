@@ -32,46 +32,48 @@ const BYTES: usize = 1 << 13;
 /// and accelerometer. The sensors are integrated at every sample; fixes of the receiver, rest and wheels
 /// correct what drifts. Body axes are forward, right, down; the earth's north, east, down, WGS84.
 ///
-/// A position or velocity is taken if its normalised innovation squared is at most ``gate``. After ten in
-/// a row that are not, the filter is taken to be wrong and goes where the next one is (``move_count``).
-/// After an outage of two seconds, and five times the usual, a position is rejected until one follows
-/// that agrees with it; these the filter believes, however far it has drifted. A fix may be up to a second late. Without a known heading the filter waits, and with ``vehicle=
-/// "wheeled"`` takes it from the course above 1 m/s.
+/// A position or velocity is used if its normalised innovation squared is at most ``gate``. After
+/// ten rejections in a row the filter is considered wrong and moves to the next position
+/// (``move_count``). After an outage of two seconds, and of five usual intervals, a position is
+/// rejected until the next one agrees with it; then the filter accepts both, however far it has
+/// drifted. A fix may be up to a second late. Without a known heading the filter waits, and with
+/// ``vehicle= "wheeled"`` takes it from the course above 1 m/s.
 ///
-/// A rate or force that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the one before for a
-/// tenth of a second, then nothing is known of it and the deviations grow. After a gap of more than a
-/// second, or two without a gyro, the filter waits for a fix; biases are kept. One object serves one
-/// thread at a time.
+/// A rate or force that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the last one
+/// replaces it for a tenth of a second, then the standard deviations grow. After a gap of more than
+/// a second, or two without a gyro, the filter waits for a fix; biases are kept. One object serves
+/// one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// start : Alignment
-///     What is known before the first sample, as ``zr.align`` returns it.
+///     State before the first sample, as ``zr.align`` returns it.
 /// gyro, accel : NoiseModel or sequence of three, optional
 ///     Noise of the sensors, rad/s and m/s^2, the same for all axes or one each; by default that of
 ///     consumer sensors: 0.05 deg/s/sqrt(Hz) and 0.02 m/s^2/sqrt(Hz).
 /// antenna : array_like, shape (3,), default (0, 0, 0)
-///     From the sensor to the antenna, body axes, m.
+///     Vector from the sensor to the antenna, body axes, m.
 /// antenna_sigma : float, default 0.0
-///     Deviation of that, m: if it is not 0, where the antenna is is estimated (``antenna``).
+///     Its standard deviation, m: if it is not 0, the antenna's position is estimated
+///     (``antenna``).
 /// vehicle : {None, "wheeled"}, default None
-///     "wheeled": it does not slip sideways and does not leave the ground, used five times a second above
-///     1 m/s.
+///     "wheeled": it neither slips sideways nor leaves the ground; applied five times a second
+///     above 1 m/s.
 /// axle : array_like, shape (3,), optional
-///     Of "wheeled": from the sensor to the axle that does not steer, body axes, m.
+///     Of "wheeled": vector from the sensor to the unsteered axle, body axes, m.
 /// wheel_sigma : float, optional
-///     Of "wheeled": deviation of the velocity across, m/s, default 0.3.
+///     Of "wheeled": standard deviation of the velocity across, m/s, default 0.3.
 /// speed_sigma : float, optional
-///     Of "wheeled": deviation of the speed that wheels tell, m/s, default 0.15.
+///     Of "wheeled": standard deviation of the wheels' speed, m/s, default 0.15.
 /// gate : float, default 50.0
-///     Normalised innovation squared, of three degrees of freedom, above which a fix is not taken.
+///     Normalised innovation squared, of three degrees of freedom, above which a fix is rejected.
 /// adapt : {"inflate", "free", "fixed"}, default "inflate"
-///     "inflate" raises the noise that the receiver tells to the Allan variance of the innovations, "free"
-///     lowers it as well, "fixed" believes the receiver.
+///     "inflate" raises the receiver's stated noise to the Allan variance of the innovations,
+///     "free" also lowers it, "fixed" uses the stated noise.
 /// covariance_step : float, default 0.1
 ///     Time between two steps of the covariance, s.
 /// kind : {"rate", "increment"}, default "rate"
-///     Whether samples are rates and forces, or their integrals since the sample before.
+///     Samples are rates and forces, or their integrals since the sample before.
 ///
 /// Raises
 /// ------

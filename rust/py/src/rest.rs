@@ -13,20 +13,20 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 
 /// Detection of a gyro's rest, by its own output alone while samples arrive.
 ///
-/// Samples are put together to ticks of a quarter of a second, four samples at least. How much they
-/// vary within a tick at rest, and how far the level of a tick lies from averages of 1, 4 and 16 s,
-/// is learned; a tick beyond what chance does once in a million ends the rest, 1.5 s near the level
+/// Samples are grouped into ticks of a quarter of a second, four samples at least. The detector
+/// learns the variance within a tick at rest, and the distance of a tick's level from averages of
+/// 1, 4 and 16 s. A tick that chance exceeds once in a million ends the rest; 1.5 s near the level
 /// of the last rest begin the next. Nothing depends on the unit, nor on a constant added.
 ///
-/// The start is taken for rest after 1.5 s that look like noise. If that turns out to be wrong within
-/// 10 s, only what has lasted for 10 s is taken for rest. Slow turning at one rate and a bias
-/// look the same: a new level that stands still is taken for rest after 10 s and about 11 s for
-/// each deviation of the samples that it lies off, 60 s at most; so is a new noise, such as an
-/// engine's. What was known before is kept and returned to in 1.5 s. Turning at less than about
-/// half of the samples' deviation is not noticed, and passes for drift. An accelerometer tells many
-/// of these from rest: ``MotionDetector``.
+/// The start counts as rest after 1.5 s that look like noise. If that proves wrong within 10 s,
+/// only a level that has lasted for 10 s counts as rest. Slow rotation at a constant rate and a
+/// bias look the same: a new constant level counts as rest after 10 s, plus about 11 s for each
+/// standard deviation of the samples between it and the old level, 60 s at most; so does a new
+/// noise, such as an engine's. The old level is kept, and a return to it takes 1.5 s. A rotation
+/// slower than about half of the samples' standard deviation is not noticed, and counts as drift.
+/// An accelerometer distinguishes many of these from rest: ``MotionDetector``.
 ///
-/// One that is not finite is a missing sample. Each channel is treated on its own. One object
+/// A sample that is not finite is missing. Each channel is treated on its own. One object
 /// serves one thread at a time.
 ///
 /// Parameters
@@ -36,11 +36,11 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// channels : int, optional
 ///     Number of signals side by side; ``None`` is a single one.
 /// rest_limit : float, optional
-///     Deviation of the samples within a tick above which a sensor of this kind cannot be at rest,
-///     in the samples' unit; the means of six ticks spread by three tenths of it at most. 10 deg/s
-///     suits MEMS gyros: motors shake samples, and means hardly.
+///     Standard deviation of the samples within a tick above which a sensor cannot be at rest, in
+///     the samples' unit; the means of six ticks spread by three tenths of it at most. 10 deg/s
+///     suits MEMS gyros: motors shake samples, but hardly their means.
 /// bias_limit : float, optional
-///     Level above which it cannot, in the samples' unit.
+///     Level above which it cannot be at rest, in the samples' unit.
 ///
 /// Raises
 /// ------

@@ -201,19 +201,19 @@ def calibrate_rate_table(
     sigma: npt.ArrayLike | None = None,
     count: npt.ArrayLike | None = None,
 ) -> RateTable:
-    """Fit what a gyro makes of the rates of a table: bias, scale, and bends if there are any.
+    """Fit the response of a gyro to the rates of a table: bias, scale, and non-linearity if any.
 
     Parameters
     ----------
     rates : array_like, shape (m,) or (m, 3)
-        Rates that the table was set to, in any unit, each with its sign. Of three axes, the rate
-        about each axis of the body: with turns about all of them cross-axis terms are fitted, too.
+        Rates of the table, in any unit, each with its sign. For three axes, the rate about each
+        axis of the body: with rotations about all of them cross-axis terms are fitted, too.
     means : array_like, the same shape
         Mean output at each, in any unit.
     sigma : float or array_like, optional
         Standard error of each mean; with `count`, the standard deviation of a sample.
     count : int or array_like, optional
-        Samples of each mean. Alone, it says how the means weigh next to each other.
+        Samples of each mean. Alone, it gives the relative weights of the means.
 
     Returns
     -------
@@ -231,13 +231,13 @@ def calibrate_rate_table(
     -----
     ``output = b + S w + c2 w^2 + c3 w^3 + a |w|`` by weighted least squares. Standard errors are
     multiplied by the root of the residuals' chi-squared per degree of freedom, where that is above
-    1 or no sigma was given: it counts what the model misses.
+    1 or no sigma was given: this includes the errors of the model.
 
-    Terms are chosen by prediction. Each size of rate, both signs of it at once, is left out and
-    predicted from the others; the smallest model counts whose error is within a standard error of
-    the best one's. Each of its terms is larger than two of its own standard errors.
+    Terms are chosen by prediction. Each absolute rate, with both signs, is left out and predicted
+    from the others; the smallest model is chosen whose error is within a standard error of the best
+    one's. Each of its terms is larger than two of its own standard errors.
 
-    Rates of one sign cannot tell the asymmetry from the scale. The Earth's rate is in the bias.
+    Rates of one sign cannot separate the asymmetry from the scale. The Earth's rate is in the bias.
 
     Examples
     --------

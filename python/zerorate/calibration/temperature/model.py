@@ -84,14 +84,14 @@ class TemperatureModel(Result):
     """Bias of a gyro by temperature, from a record at rest: `TemperatureModel.fit` makes one.
 
     The bias of each axis is the sum of ``c_k ((T - reference) / 10)^k`` inside the range of the
-    record; beyond it, the tangent for one span further, then what that has reached.
+    record; beyond it, the tangent for one span further, then the tangent's last value.
 
     Parameters
     ----------
     coefficients
         c_0 to c_3 of each axis, unit of the samples, shape (k, 4).
     covariance
-        Theirs, shape (k, 4, 4).
+        Their covariance, shape (k, 4, 4).
     degrees
         Degree of each axis, 0 to 3.
     reference
@@ -101,20 +101,20 @@ class TemperatureModel(Result):
     slopes
         Bias per kelvin at the reference, one an axis; not identifiable where the degree is zero.
     hystereses
-        Bias while it warms less that while it cools, at equal temperature, one an axis; unknown if
-        the record does not do both.
+        Bias during warming minus bias during cooling, at equal temperature, one an axis; unknown if
+        the record lacks either.
     time_correlation
-        Correlation of temperature and time; zero if either stands still.
+        Correlation of temperature and time; zero if either is constant.
     step
-        Kelvins by which a coarse thermometer moves; zero of a fine one.
+        Step of a coarse thermometer, K; zero for a fine one.
     names, unit
-        Of the axes, and of their samples.
+        Names of the axes, and unit of their samples.
     notes
-        What the record does not show, and what is odd about it.
+        Sentences on gaps and oddities of the record.
     blocks
-        The means that it was fitted to, or None of a model that was read from a file.
+        Means to which it was fitted, or None for a model read from a file.
     single
-        Whether it is of one axis, without an axis of axes in what it returns.
+        True for a single axis: returned arrays have no dimension for axes.
 
     Examples
     --------

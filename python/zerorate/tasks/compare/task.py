@@ -99,7 +99,7 @@ def compare(
     progress: Progress | None = None,
     **reading: Unpack[ReadingArguments],
 ) -> Compared:
-    """Compare filters on recordings by what they cost their user, at rest and in motion.
+    """Compare filters on recordings by the cost of their errors, at rest and in motion.
 
     Recordings are checked first; rates stay as they were measured. ``zerorate compare`` does the
     same.
@@ -111,24 +111,24 @@ def compare(
     methods : sequence of str, OwnMethod or callable
         As of `zerorate.tasks.compare.compare_methods`.
     contaminate : sequence of str or Contamination
-        Faults that are put into the recordings, for comparisons of their own.
+        Faults to add to the recordings, for separate comparisons.
     attitude : sequence of str
         Filters of attitude, for recordings with an accelerometer and the true orientation; () for
         none.
     frame : {"enu", "ned", "nwu"}
-        Of the true orientation.
+        Frame of the true orientation.
     reference : str, optional
         Column of an encoder's angle or of a true rate.
     quaternion : sequence of str, optional
         Columns w, x, y, z of the true orientation.
     simulated : bool
-        Also on simulated gyros, whose best filter is known.
+        Add simulated gyros, whose best filter is known.
     seeds : int
         Simulated records of each gyro.
     fix : bool
-        Put right a unit or axes of the gyro that the motion contradicts, where that is sure.
+        Correct a unit or axes of the gyro that the motion contradicts, where that is certain.
     progress : callable, optional
-        Called with a step's name and the fraction that is done. By default a bar in a notebook.
+        Called with a step's name and the fraction done. By default a bar in a notebook.
     **reading
         Arguments of `zerorate.read_log`, for sources that are read.
 
@@ -140,7 +140,7 @@ def compare(
     Raises
     ------
     LogError
-        If a recording cannot be read, or does not allow what its kind asks for.
+        If a recording cannot be read, or lacks what its kind of comparison needs.
     ValueError
         If a method, a fault or the frame is not known, or there is nothing to compare on.
     MethodError

@@ -64,17 +64,17 @@ def replay(
     Parameters
     ----------
     source : Recording, Log, path, data frame or mapping of arrays
-        With a gyro. An accelerometer of three axes shows when the body moves.
+        With a gyro. An accelerometer of three axes detects motion.
     method : str
         Method of `zerorate.DriftFilter`; default the one that tunes itself.
     methods : sequence of str or "all"
         Methods to compare it with.
     accel : bool or Log
-        False leaves the accelerometer alone; a Log is the accelerometer.
+        False ignores the accelerometer; a Log is the accelerometer.
     calibration : Calibration or path, optional
-        Taken off the gyro first.
+        Calibration to correct the gyro with, first.
     fix : bool
-        Put right a unit or axes of the gyro that the motion contradicts, where that is sure.
+        Correct a unit or axes of the gyro that the motion contradicts, where that is certain.
     truth : array_like, optional
         True bias, of the shape and unit of the data, where it is known.
     horizons : sequence of float
@@ -91,7 +91,7 @@ def replay(
     Returns
     -------
     Replay
-        The filtered log, scores, what was learned; `table`, `plot`, `save`.
+        The filtered log, scores, learned parameters; `table`, `plot`, `save`.
 
     Raises
     ------

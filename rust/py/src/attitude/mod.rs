@@ -40,23 +40,25 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 /// ``update`` and ``process`` return the orientation, a quaternion w, x, y, z from the axes of the
 /// sensor to those of the earth. The default method has nothing to tune: it integrates the gyro,
 /// corrects the tilt ten times a second, learns bias, scale and misalignment of the gyro from
-/// gravity, and lets the magnetometer touch the heading alone. The others are those of textbooks.
+/// gravity, and corrects only the heading by the magnetometer. The other methods are those of
+/// textbooks.
 ///
 /// Sensors may have rates of their own: NaN, ``None`` or a vector of zeros is a missing sample, and
-/// so is one beyond 1000 rad/s or m/s^2. Zeros of a gyro are a rate as long as it seems to give them at
-/// rest, as one that is simulated or has a dead band does: after a rate below 5 deg/s, unless it has
-/// rested with noise, and where it has rested with zeros for some time. A missing rate is the last one for 50 ms. ``dt`` is the time
-/// since the sample before, s, where it is not ``1 / rate``; more than 1 s is a gap, and below zero the
-/// clock was set back, by more than 1 s where the recorder began again. Over either the body may have
-/// turned, and ``tilt_sigma`` and ``heading_sigma`` grow by that. North is the magnetic one; without a magnetometer a level sensor starts along the axes of the frame, and the
-/// heading drifts. One object serves one thread at a time.
+/// so is one beyond 1000 rad/s or m/s^2. Zeros of a gyro are a rate if it gives them at rest, as a
+/// simulated gyro or one with a dead band does: after a rate below 5 deg/s, unless it has rested
+/// with noise, and after some time of rest with zeros. A missing rate is replaced by the last one
+/// for 50 ms. ``dt`` is the time since the sample before, s, where it is not ``1 / rate``; more
+/// than 1 s is a gap. Below zero the clock was set back, and by more than 1 s the recorder
+/// restarted. In either case the body may have turned, and ``tilt_sigma`` and ``heading_sigma``
+/// grow accordingly. North is the magnetic one; without a magnetometer a level sensor starts along
+/// the axes of the frame, and the heading drifts. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
 ///     Samples of the gyro a second.
 /// mag : bool, default True
-///     Whether a magnetometer may come; with False one that is given is an error, and
+///     True if samples may have a magnetometer. With False a magnetic field is an error, and
 ///     ``heading_sigma`` is that of the drift since the start.
 /// frame : {"enu", "ned", "nwu"}
 ///     Axes of the earth: east, north, up; north, east, down; north, west, up. Level, with the
@@ -66,49 +68,52 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 /// gyro_unit, accel_unit : str
 ///     Units of the samples, as in `zerorate.units`; of the magnetometer any.
 /// bias : array_like, shape (3,), DriftFilter or Calibration, optional
-///     The gyro's output without rotation as it is known before, in ``gyro_unit``: numbers, a
+///     Known output of the gyro without rotation, in ``gyro_unit``: numbers, a
 ///     `DriftFilter` of three channels in that unit, or a `Calibration`, for raw samples, which also
 ///     gives the gyro's matrix.
 /// bias_sigma : array_like, shape () or (3,), optional
-///     Its standard deviation; by default 0.05 deg/s of what an object knows, or more if it says so,
-///     0.5 deg/s of numbers, and 1 deg/s where nothing is known.
+///     Its standard deviation. Default: 0.05 deg/s for a filter or calibration, or more if that
+///     states more; 0.5 deg/s for numbers; 1 deg/s without a known bias.
 /// bias_limit : float, optional
-///     Of "auto", in ``gyro_unit``: the largest bias that such a gyro has; a steadier rate beyond is a
-///     turn, never a rest. Default 10 deg/s. Small keeps a table that turns slowly from the first
-///     sample on from passing for a rest, large finds the bias of a bad gyro.
+///     Of "auto", in ``gyro_unit``: the largest possible bias. A steady rate beyond it is a
+///     rotation, never a rest. Default 10 deg/s. With a small limit a table that turns slowly from
+///     the first sample on is not mistaken for a rest; with a large one the bias of a bad gyro is
+///     found.
 /// gyro_range : float, optional
 ///     In ``gyro_unit``: the range of the gyro. A rate beyond it about any axis is a missing sample,
 ///     counted in ``rates_left_out``, and one at the range is ``status`` "clipped".
 /// magnetometer : MagnetometerCalibration, optional
-///     Of "auto": what `calibrate_magnetometer` found, taken off each sample first: the hard iron of
-///     the group that lasts longest, and the soft iron. The samples must be in its unit.
+///     Of "auto": result of `calibrate_magnetometer`, by which each sample is corrected first: the
+///     hard iron of the group that lasts longest, and the soft iron. The samples must be in its
+///     unit.
 /// learn_magnetometer : bool, default False
-///     Of "auto": whether the magnetometer's hard iron is learned from the motion while it runs, that
-///     which ``magnetometer`` leaves if there is one. Until one is known every answer is that without
-///     it, to the last bit.
+///     Of "auto": learn the magnetometer's hard iron from the motion; with ``magnetometer``, the
+///     rest that this leaves. Until it is known the output is the same as without learning, to the
+///     last bit.
 /// channels : int, optional
 ///     Bodies side by side; ``None`` is a single one.
 /// time_constant : float, default 0.5
-///     Of "complementary", s: tilt and heading come near those of accelerometer and magnetometer by a
-///     factor of e. Short follows accelerations, long the gyro's bias: an error of b times this.
+///     Of "complementary", s: time constant of tilt and heading towards accelerometer and
+///     magnetometer. A short one follows accelerations, a long one the gyro's bias b, with an error
+///     of b times this.
 /// kp, ki : float, default 1.0 and 0.3
 ///     Of "mahony", 1/s and 1/s^2: proportional and integral gain. Without the integral no bias is
 ///     learned.
 /// beta : float, optional
-///     Of "madgwick", rad/s: speed of the quaternion down the gradient, half that of the body; by
-///     default 0.041 with a magnetometer and 0.033 without, as in the report.
+///     Of "madgwick", rad/s: gradient step of the quaternion, half the body's rate; by default
+///     0.041 with a magnetometer and 0.033 without, as in the report.
 /// gyro_noise, accel_noise : float, default 0.0002 and 0.1
 ///     Of "ekf" and "ukf", rad/s/sqrt(Hz) and m/s^2/sqrt(Hz): white noise, that of the accelerometer with
 ///     the body's own accelerations, some fifty times that of a data sheet.
 /// mag_noise : float, default 0.1
-///     Of "ekf" and "ukf", rad/sqrt(Hz): noise of the heading that the magnetometer shows.
+///     Of "ekf" and "ukf", rad/sqrt(Hz): noise of the magnetic heading.
 /// bias_walk : float, default 0.0001
 ///     Of "ekf" and "ukf", rad/s/sqrt(s): random walk of the gyro's bias.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     A parameter is out of its range, or the method has no use for it.
+///     A parameter is out of range, or the method does not use it.
 ///
 /// Examples
 /// --------

@@ -40,14 +40,14 @@ where
 /// arrive or at once.
 ///
 /// ``force = accel_matrix @ (accel - accel_bias)`` and ``rate = gyro_matrix @ (gyro - gyro_bias -
-/// g_sensitivity @ force)``: the matrices are the inverses of what the sensors make of their input.
-/// ``Calibration.corrector()`` makes one. Nothing here has a unit but what is given.
+/// g_sensitivity @ force)``: the matrices are the inverses of the sensors' responses.
+/// ``Calibration.corrector()`` makes one. Units are those of the arguments.
 ///
 /// A sample has three numbers (the gyro), six (and the accelerometer) or seven (and the temperature,
-/// degC). Where an axis of the gyro is missing its three rates are NaN, where one of the
-/// accelerometer is its three forces are; the gyro is then corrected with the last force known, zero
-/// before the first. With the temperature missing the last one holds; before the first the bias is
-/// ``gyro_bias``. One object serves one thread at a time.
+/// degC). If an axis of the gyro is missing, its three rates are NaN. If an axis of the
+/// accelerometer is missing, its three forces are NaN, and the gyro is corrected with the last
+/// known force, zero before the first. If the temperature is missing, the last one is used; before
+/// the first the bias is ``gyro_bias``. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -58,13 +58,13 @@ where
 /// accel_matrix, accel_bias : array_like, shape (3, 3) and (3,), optional
 ///     Likewise of the accelerometer; by default it is left as it is.
 /// g_sensitivity : array_like, shape (3, 3), optional
-///     What a force adds to the gyro, raw unit of the gyro per unit of the corrected force; by
-///     default nothing.
+///     Contribution of a force to the gyro, raw unit of the gyro per unit of the corrected force;
+///     by default none.
 /// temperature : dict, optional
 ///     The gyro's bias over temperature: ``"coefficients"``, shape (3, 1) to (3, 4), are c_0, c_1, …
 ///     of each axis in ``sum(c_k * ((T - reference) / 10)**k)``; ``"reference"`` is a temperature,
-///     ``"range"`` the least and the highest that the curve was learned at. Beyond them it goes on
-///     along its tangent for as much as the range is long, and stays.
+///     ``"range"`` are the lowest and the highest temperature of the data. Beyond them the curve
+///     continues along its tangent for the length of the range, then stays constant.
 /// inputs : {3, 6, 7}, optional
 ///     Numbers in a sample; by default what the other arguments need. With 7 and without
 ///     ``temperature`` the last one is not used.
@@ -74,8 +74,8 @@ where
 /// Raises
 /// ------
 /// ValueError
-///     An array of another shape, a number that is not finite or beyond 1e50, or an argument that
-///     samples of so many numbers have no use for.
+///     A shape is wrong, a number is not finite or beyond 1e50, or samples of so many numbers do
+///     not use an argument.
 ///
 /// Examples
 /// --------

@@ -26,20 +26,20 @@ use crate::common::work::in_pieces;
 
 /// Bias of a gyro, learned and removed sample by sample, for one or more axes.
 ///
-/// Not sure? ``DriftFilter(rate)``: it needs no tuning. It finds rest and motion by itself, learns
-/// the bias at rest, holds it in motion, and returns each sample minus the bias. It removes the
-/// slowly changing bias and does not smooth: the noise of the samples stays.
+/// Not sure? ``DriftFilter(rate)``: it needs no tuning. It detects rest and motion, learns the bias
+/// at rest, holds it in motion, and returns each sample minus the bias. It removes the slowly
+/// changing bias and does not smooth: the noise of the samples stays.
 ///
 /// The other methods are for research. ``"kf"``, ``"akf"`` and ``"fading"`` are those of Fu & Han 2019
-/// (equations 8 to 31), ``"robust"`` is that of Wu & Ran 2021. Unless ``motion="hold"`` they take
-/// every sample for rest: they follow motion, and the compensated rate lacks it. Their
+/// (equations 8 to 31), ``"robust"`` is that of Wu & Ran 2021. Unless ``motion="hold"`` they treat
+/// every sample as rest: they follow motion, and the compensated rate lacks it. Their
 /// ``process_noise`` has to suit the sensor.
 ///
-/// Samples and results are in one unit, whichever it is. In the first second the bias is the mean so
-/// far, so keep the sensor still. Without ``rest_limit`` a motion that lasts from the very start can
-/// be taken for rest, and so for bias; ``status`` is ``"provisional"`` as long as that may be so. A
-/// sample that is not finite (or ``update(None)``) is missing. One filter serves one thread at a
-/// time.
+/// Samples and results are in one unit, whichever it is. In the first second the bias is the mean
+/// to date, so keep the sensor still. Without ``rest_limit`` a motion from the very start can be
+/// mistaken for rest, and its rate for bias; ``status`` is ``"provisional"`` as long as that is
+/// possible. A sample that is not finite (or ``update(None)``) is missing. One filter serves one
+/// thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -51,14 +51,15 @@ use crate::common::work::in_pieces;
 ///     process noise G. ``"robust"`` is ``"akf"`` with zones that leave outliers out.
 /// channels : int, optional
 ///     Number k of axes side by side; None is a single one. With it ``update`` takes k samples, and
-///     what is read has k values.
+///     each property has k values.
 /// output : {"compensated", "estimate"}, default "compensated"
-///     What ``update`` and ``process`` return: the sample minus ``bias``, which has no delay (NaN for
+///     Output of ``update`` and ``process``: the sample minus ``bias``, which has no delay (NaN for
 ///     a missing sample), or the estimate of the bias itself.
 /// motion : {"hold", "ignore"}, optional
-///     ``"hold"`` learns at rest only, as a ``RestDetector`` sees it, and takes back what came just
-///     before a motion was seen (half a second, for ``"auto"`` up to two); ``"ignore"`` takes every
-///     sample for rest. Default: ``"hold"`` for ``"auto"``, ``"ignore"`` for the others.
+///     ``"hold"`` learns at rest only, as detected by a ``RestDetector``, and undoes the learning
+///     of the last half second before a motion (for ``"auto"`` up to two seconds); ``"ignore"``
+///     treats every sample as rest. Default: ``"hold"`` for ``"auto"``, ``"ignore"`` for the
+///     others.
 /// limit : float, optional
 ///     End of the sensor's range, in the samples' unit: a sample of this size or beyond is saturated,
 ///     and missing.
@@ -66,57 +67,59 @@ use crate::common::work::in_pieces;
 /// Other Parameters
 /// ----------------
 /// rest_limit : float, optional
-///     Only ``"auto"``: deviation of the samples within a quarter second above which a sensor of this
-///     kind cannot be at rest, in the samples' unit; the means of six of these spread by three tenths
-///     of it at most. 10 deg/s suits MEMS gyros: motors shake samples, and means hardly. A record may
-///     then begin in motion: nothing is learned, and 0 is the
-///     bias, until the sensor has been still for 2.25 s. Without it the start is taken for rest if it
-///     looks like noise, ``status`` is ``"provisional"`` until something louder or a minute of
-///     stillness has been seen, and ``bias_sigma`` is as large as the samples until then.
+///     Only ``"auto"``: standard deviation of the samples within a quarter second above which a
+///     sensor cannot be at rest, in the samples' unit; the means of six such intervals spread by
+///     three tenths of it at most. 10 deg/s suits MEMS gyros: motors shake samples, but hardly
+///     their means. A record may then begin in motion: nothing is learned, and 0 is the bias, until
+///     the sensor has been still for 2.25 s. Without it the start counts as rest if it looks like
+///     noise, ``status`` is ``"provisional"`` until something louder or a minute of stillness has
+///     been seen, and ``bias_sigma`` is as large as the samples until then.
 /// bias_limit : float, optional
-///     Only ``"auto"``: level that is never taken for a bias, in the samples' unit; 20 deg/s suits
-///     MEMS gyros. A sensor that turns at one rate looks like one at rest.
+///     Only ``"auto"``: largest level that can be a bias, in the samples' unit; 20 deg/s suits MEMS
+///     gyros. A sensor that turns at a constant rate looks like one at rest.
 /// order : (int, int), default (2, 1), of ``"robust"`` (1, 0)
 ///     All but ``"auto"``: orders p from 1 to 3 and q from 0 to 3 of the ARMA model of the drift;
 ///     (p, 0) is AR(p).
 /// process_noise : float, default 0.1
 ///     All but ``"auto"``: process noise G and covariance P at the start, in variances of the
-///     start-up. Small smooths and is late (1e-6), large follows the signal (1).
+///     start-up. A small value smooths and lags (1e-6), a large one follows the signal (1).
 /// fading : float, default 0.97
-///     Only ``"fading"``: memory b of R in (0, 1]. Small follows changes of the noise quickly, large
-///     averages (Fu & Han: 0.95 to 0.99 for an MTi-100, 0.90 to 0.95 for a 3DM-GX4-25).
+///     Only ``"fading"``: fading factor b of R in (0, 1]. A small one follows changes of the noise
+///     quickly, a large one averages (Fu & Han: 0.95 to 0.99 for an MTi-100, 0.90 to 0.95 for a
+///     3DM-GX4-25).
 /// process_noise_memory : float, default 0.0
-///     Only ``"fading"``: samples that the process noise of the start counts for in addition to those
-///     seen: large keeps it longer.
+///     Only ``"fading"``: weight of the initial process noise, in samples; a large one keeps it
+///     longer.
 /// noise : {"allan", "hadamard"}, default "allan"
-///     All but ``"auto"``: variance that R is taken from; ``"hadamard"`` ignores a constant angular
-///     acceleration.
+///     All but ``"auto"``: variance from which R is computed; ``"hadamard"`` ignores a constant
+///     angular acceleration.
 /// outliers : {"keep", "reject"}, default "keep"
-///     Only ``"kf"``, ``"akf"`` and ``"fading"``: ``"reject"`` keeps from them what ``"auto"`` always
-///     does, samples more than four deviations from the level of the last quarter seconds, unless
-///     there are so many of these, or so many in a row, that the sensor moves.
+///     Only ``"kf"``, ``"akf"`` and ``"fading"``: ``"reject"`` leaves out samples more than four
+///     standard deviations from the level of the last quarter seconds, as ``"auto"`` always does,
+///     unless there are so many of these, or so many in a row, that the sensor moves.
 /// adapt_for : float or None, default 120.0
 ///     All but ``"auto"``: seconds after the start-up during which the model is learned; None is
 ///     always.
 /// forgetting_factor : float, default 1.0
-///     All but ``"auto"``: λ of the model's least squares in (0, 1]. Small forgets old samples
-///     quickly, 1 never forgets.
+///     All but ``"auto"``: λ of the model's least squares in (0, 1]. A small one forgets old
+///     samples quickly, 1 never forgets.
 /// zones : (float, float) or "published", default (4.0, 0.75)
-///     Only ``"robust"``: (kappa, beta). An innovation beyond kappa deviations of the accepted ones
-///     is an outlier, unless so many of one sign follow each other (0.03 s, at least three) that
-///     they are a step; one beyond beta of that is bounded. Large kappa lets outliers through,
-///     small leaves good samples out. ``"published"`` holds a variance against an innovation, as
-///     printed: it depends on the unit of the samples, and nothing ends a row of outliers.
+///     Only ``"robust"``: (kappa, beta). An innovation beyond kappa standard deviations of the
+///     accepted ones is an outlier, unless so many of one sign follow each other (0.03 s, at least
+///     three) that they are a step; one beyond beta times that is bounded. A large kappa accepts
+///     outliers, a small one leaves good samples out. ``"published"`` compares an innovation with a
+///     variance, as printed: this depends on the unit of the samples, and nothing ends a run of
+///     outliers.
 /// damping : float, default 0.0
-///     Only ``"robust"``: the part of the gain, from 0 to 1, that is left to an outlier.
+///     Only ``"robust"``: share of the gain for an outlier, from 0 to 1.
 /// correction : float, default 0.0
-///     Only ``"robust"``: the part, from 0 to 1, of an innovation between the zones that moves the
+///     Only ``"robust"``: share, from 0 to 1, of an innovation between the zones that corrects the
 ///     prediction; 0 bounds such an innovation instead, and is better.
 /// startup : float, default 1.0
-///     All methods, rarely needed: seconds from which offset, scale and first noise are learned (at
-///     least ten samples, and until two samples differ).
+///     All methods, rarely needed: duration in which offset, scale and first noise are learned, s
+///     (at least ten samples, and until two samples differ).
 /// scale : float, optional
-///     All methods, rarely needed: deviation of the noise in the samples' unit where it is known;
+///     All methods, rarely needed: standard deviation of the noise in the samples' unit, if known;
 ///     else it is learned.
 ///
 /// Raises

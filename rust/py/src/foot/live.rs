@@ -16,31 +16,31 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 ///
 /// The live form of `FootNavigation`: the same filter, stances as valleys of the same speed bound, seen
 /// from the 1.5 s before, and the rates that it learns from rests. The outputs are those of the
-/// sample ``delay`` seconds ago, about 0.05 s, for the bound needs samples on both sides, or 0.1 s
-/// with a range. The frame is that of the start: x ahead, where the sensor's first axis looks,
-/// level, y to the left, z up; begun at rest it begins again with each better rest, in motion with
-/// each lower bound of the first second.
+/// sample ``delay`` seconds ago, about 0.05 s, or 0.1 s with a range, since the bound needs samples
+/// on both sides. The frame is that of the start: x level along the sensor's first axis, y to the
+/// left, z up. A start at rest is repeated with each better rest, a start in motion with each lower
+/// bound of the first second.
 ///
-/// A sample that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the one before for a tenth of
-/// a second, then the deviations grow. Where some are lost give NaN in their place, for time is counted
-/// in samples. One object serves one thread at a time.
+/// A sample that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the last one replaces it
+/// for a tenth of a second, then the standard deviations grow. Give NaN for lost samples, since
+/// time is counted in samples. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
 ///     Samples a second, 48 to 1200.
 /// floor : {None, "level"}
-///     "level": a stance within 0.1 m of the height before is as high as that.
+///     "level": a stance within 0.1 m of the last height has that height.
 /// gyro_range : float, optional
-///     What the gyro can tell at most, rad/s, as its data sheet says: faster rates are restored from
-///     their flanks as far as these are seen within ``delay``, and believed less.
+///     Range of the gyro by its data sheet, rad/s: faster rates are restored from their flanks, as
+///     far as these arrive within ``delay``, and trusted less.
 /// channels : int, optional
 ///     Feet side by side; ``None`` is a single one.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     A parameter is out of its range.
+///     A parameter is out of range.
 ///
 /// Examples
 /// --------
