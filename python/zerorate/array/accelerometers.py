@@ -61,25 +61,25 @@ _RIDGE: Final = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class FusedAccelerometers(Result):
-    """One accelerometer in the place of N, and how each of them did; n samples.
+    """One accelerometer fused from N, with the weights and residuals of each; n samples.
 
     Attributes
     ----------
     accel : ndarray, shape (n, 3)
         Specific force in the axes of the body, in `unit`: at the origin of the positions, or at the
-        mean place of the sensors where none are given. NaN where no sensor is left.
+        mean position of the sensors without them. NaN where no sensor is left.
     weights : ndarray, shape (n, N)
         Share of each sensor; 0 where it was not used.
     excluded : ndarray of bool, shape (n, N)
-        Where a sensor was left out, for it was far from the others.
+        Mask of samples at which a sensor was left out as an outlier.
     residual : ndarray, shape (N,)
-        RMS over samples and axes of what is left of each sensor's difference from all, in `unit`;
-        NaN for one that was never used.
+        RMS residual of each sensor over samples and axes, in `unit`; NaN for one that was never
+        used.
     angular_acceleration : ndarray, shape (n, 3), or None
-        Of the body, in the unit of the rate per second, from accelerometers and rate; NaN where the
-        rate is. None without positions.
+        Angular acceleration of the body, in the unit of the rate per second, from accelerometers
+        and rate; NaN where the rate is. None without positions.
     unit : str
-        Of the accelerations.
+        Unit of the accelerations.
 
     Examples
     --------
@@ -121,20 +121,20 @@ def fuse_accelerometers(
     gyro_unit: str = "rad/s",
     accel_unit: str = "m/s^2",
 ) -> FusedAccelerometers:
-    """Return one accelerometer of N on one body, at one point of it.
+    """Fuse N accelerometers on one body into one, at one point of it.
 
     A sensor at the lever arm l feels f + alpha x l + omega x (omega x l). Omega is the rate of the
     array; alpha, the angular acceleration, follows by least squares from differences between the
-    accelerometers, and from the change of the rate as far as that is smooth: at rest the rate tells
-    it better, in fast motion the accelerometers do. A mean over sensors that lie evenly around the
-    origin needs no lever arms; they matter where a sensor is missing or weighs less, where the
-    point lies elsewhere, and to tell a faulty sensor from motion.
+    accelerometers, and from the change of the rate if that is smooth: at rest the rate determines
+    it better, in fast motion the accelerometers. A mean over sensors that are evenly spread around
+    the origin needs no lever arms. They matter if a sensor is missing or has less weight, if the
+    point is elsewhere, and to distinguish a faulty sensor from motion.
 
-    From three sensors on, one is left out while it is far from the middle of the others: a sample
-    at once, a sensor when the mean of a quarter second is, until it has agreed for 10 s in which so
-    large a fault would have been seen. Far is a tenth of gravity and five times what the others
-    usually differ by, so calibrated sensors show smaller faults. In fast turns, where lever arms
-    are less certain, only larger ones are seen.
+    From three sensors on, an outlier from the median of the others is left out: a sample at once,
+    and a sensor when the mean of a quarter second is an outlier, until it has agreed for 10 s in
+    which so large a fault would have been visible. The threshold is a tenth of gravity and five
+    times the usual difference of the others, so that calibrated sensors reveal smaller faults. In
+    fast rotations, where lever arms are less certain, only larger faults are found.
 
     Nothing is calibrated here: the result has the weighted mean of the sensors' offsets and scale
     errors, and a sensor that drops out leaves a step. `zerorate.calibrate` removes both.
@@ -145,23 +145,23 @@ def fuse_accelerometers(
         Specific forces in the sensors' own axes, in `accel_unit`. A sample of which an axis is not
         finite is missing.
     rate_fused : array_like, shape (n, 3)
-        Rate of the body at the same times, its bias taken off, in `gyro_unit`: that of
-        `zerorate.GyroArray`. Without positions it only tells where sensors may differ; with them,
-        where it is not finite, the force at the origin follows from how it changes from sensor to
-        sensor.
+        Rate of the body at the same times, without its bias, in `gyro_unit`: that of
+        `zerorate.GyroArray`. Without positions it only bounds the differences of the sensors; with
+        them, where the rate is not finite, the force at the origin follows from its change from
+        sensor to sensor.
     rate : float
         Samples per second, Hz; by default that of a `Log` of `rate_fused`.
     rotations : array_like, shape (N, 3, 3), optional
         From each sensor's axes to those of the body; by default all are aligned.
     positions : array_like, shape (N, 3), optional
-        Of the sensors in the axes of the body, m, from the point for which the result is wanted.
+        Positions of the sensors in the axes of the body, m, from the point of the result.
     weights : {"auto", "mean", "white"} or array_like, shape (N,)
         By noise and scale error; equal; by noise alone; or as given. An accelerometer always feels
         gravity, so "auto" is close to the mean unless a sensor is far noisier than others.
     limit : float, optional
         Size at which a sample is at the end of the sensors' range, and missing, in `accel_unit`.
     scale_error : float, default 0.01
-        Deviation of the sensors' scale factors, 0 to 1; less after a calibration.
+        Standard deviation of the sensors' scale factors, 0 to 1; less after a calibration.
     gyro_unit, accel_unit : str
         Units of the samples, as in `zerorate.units`.
 

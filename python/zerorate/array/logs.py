@@ -42,16 +42,16 @@ class ArrayLog:
     labels : tuple of str
         One a sensor, all different.
     unit : str
-        Of all sensors.
+        Unit of all sensors.
     axes : tuple of str
-        ``("x", "y", "z")``; of one axis its letter, or nothing where it is not known.
+        ``("x", "y", "z")``; for one axis its letter, or empty where it is not known.
     meta : mapping
         As of `zerorate.Log`.
     accel : ndarray, shape (n, N, 3), or None
         Accelerometers of the same devices in ``accel_unit``, in the sensors' own axes; NaN marks a
         missing sample, or a device without one.
     accel_unit : str
-        Of all accelerometers.
+        Unit of all accelerometers.
 
     Examples
     --------
@@ -119,19 +119,19 @@ def array_log(source: Recording | Log, *, axes: Literal[1, 3] | None = None) -> 
     Parameters
     ----------
     source : Recording or Log
-        All gyros of a recording count, ``gyro``, ``gyro_1``, and so on. Of a log, or of a recording
-        with a single gyro, the channels are taken apart: that is how columns of a user's own
+        All gyros of a recording are used, ``gyro``, ``gyro_1``, and so on. The channels of a log,
+        or of a recording with a single gyro, are split into sensors: so columns of a user's own
         choice, ``columns=``, become an array.
     axes : {1, 3}, optional
-        Axes of each sensor in a log that is taken apart. By default three columns in a row are a
-        sensor if their names say x, y, z, and else each is a gyro of one axis.
+        Axes of each sensor in a log that is split. By default three columns in a row are a sensor
+        if their names end in x, y, z; else each is a gyro of one axis.
 
     Returns
     -------
     ArrayLog
-        Labels are what names say of a sensor, ``imu1`` of ``imu1_gyro_x_dps``; else the names of
-        the logs. Accelerometers of three axes go with the gyros that their names belong to; they
-        are left out, with a note, where they are not on the clock of the gyros, or not of one unit.
+        Labels come from the names of channels, ``imu1`` of ``imu1_gyro_x_dps``, or else from the
+        names of the logs. Accelerometers of three axes are assigned to gyros by their names; they
+        are left out, with a note, if their clock differs from the gyros' or their units differ.
 
     Raises
     ------

@@ -55,12 +55,12 @@ class Rotations(Result):
     labels : tuple of str
         One a sensor.
     residuals : ndarray, shape (N,)
-        RMS of what is left between a turned sensor and the first, over the RMS rate of the first;
-        NaN where it is not known. Errors of scale and of axes that are not at right angles remain.
+        RMS difference between a rotated sensor and the first, over the RMS rate of the first; NaN
+        where it is not known. It includes errors of scale and of non-orthogonal axes.
     seconds : float
-        Motion of which they were found; NaN where it is not known.
+        Duration of the motion used; NaN where it is not known.
     positions : ndarray, shape (N, 3), or None
-        Of the sensors in the axes of the body, m, as they were put down; they are never found.
+        Positions of the sensors in the axes of the body, m, as stated; they are never estimated.
 
     Examples
     --------
@@ -145,24 +145,23 @@ def find_rotations(
 ) -> Rotations:
     """Return the rotations of sensors that move together against the first of them.
 
-    Biases are taken off as they are learned at rest. Means over an eighth of a second in motion
-    then give the rotation that brings the rates of each sensor closest to those of the first:
-    Wahba's problem, by singular values. All directions of the motion count equally, however much of
-    it each has, so that scale errors do not turn the result. The standard errors are those of a
-    jackknife over ten parts of the motion, so they hold what parts disagree about, whatever the
-    cause. Axes that are not at right angles have no rotation of their own: what is found lies
-    between them.
+    Biases learned at rest are subtracted. Means over an eighth of a second in motion then give the
+    rotation that brings the rates of each sensor closest to those of the first: Wahba's problem, by
+    singular values. All directions of the motion count equally, however much of it each has, so
+    that scale errors do not rotate the result. The standard errors are those of a jackknife over
+    ten parts of the motion, so they include all disagreement of the parts. Non-orthogonal axes have
+    no exact rotation: the result is a compromise.
 
     Parameters
     ----------
     z : array_like, shape (n, N, 3)
         Rates in the sensors' own axes, in any one unit; samples not finite are missing. The record
-        has to hold rests, as some seconds before the motion, and turns about two directions or
+        needs rests, such as some seconds before the motion, and rotations about two directions or
         more.
     rate : float
         Samples per second, Hz.
     unit : str, optional
-        Of the rates. Where it is known, what is fast is never taken for rest.
+        Unit of the rates. If it is known, fast motion never counts as rest.
     limit : float, optional
         Size at which a sample is at the end of the sensors' range: the eighths of a second with
         such samples are left out. Default: none.
@@ -177,8 +176,8 @@ def find_rotations(
     Raises
     ------
     LogError
-        If a sensor never rests, there are under 3 s of common motion, the motion is about one
-        direction alone, or a sensor does not turn as the first does or has mirrored axes.
+        If a sensor never rests, there are under 3 s of common motion, the motion is about a single
+        direction, or a sensor does not turn with the first or has mirrored axes.
     ValueError
         If `z` has another shape, or an argument is not valid.
 
@@ -395,7 +394,7 @@ def _rotation_vector(rotation: Floats) -> Floats:
 
 
 def read_rotations(source: str | os.PathLike[str]) -> Rotations:
-    """Return rotations that were written, or put down by hand.
+    """Return rotations from a file or a JSON text.
 
     Parameters
     ----------

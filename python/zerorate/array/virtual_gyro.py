@@ -37,20 +37,20 @@ _TOO_FEW_TAUS: Final = (
 
 @dataclass(frozen=True, eq=False)
 class VirtualGyro(Result):
-    """Weights that make one gyro of many.
+    """Weights that fuse many gyros into one.
 
     Attributes
     ----------
     weights : ndarray, shape (N,)
-        Of each gyro; their sum is 1. One is negative where a gyro drifts as the others do, but
-        more.
+        Weight of each gyro; their sum is 1. It is negative for a gyro that drifts as the others do,
+        but more.
     gain : float
         Deviation of the plain mean over that of the weighted one, at the horizon: on parts of the
-        record from which the weights were not taken.
+        record that were not used for the weights.
     gain_error : float
         Its standard error.
     shrinkage : float
-        How far the covariance was moved to its diagonal, 0 to 1: at 1 no correlation is used.
+        Shrinkage of the covariance to its diagonal, 0 to 1: at 1 no correlation is used.
     horizon : float
         Averaging time for which `gain` holds, s.
 

@@ -50,22 +50,22 @@ if TYPE_CHECKING:
 class SensorCalibration:
     """The model of one sensor of three axes.
 
-    ``raw = matrix @ true + bias``; of a gyro also ``+ g_sensitivity @ force``, the force in g.
+    ``raw = matrix @ true + bias``; for a gyro also ``+ g_sensitivity @ force``, the force in g.
 
     Parameters
     ----------
     matrix
-        What the sensor makes of its input, output unit to raw unit.
+        Response of the sensor to its input, output unit to raw unit.
     scale
-        Its diagonal: 1.02 reads 2 % too much.
+        Diagonal of the matrix: 1.02 reads 2 % too much.
     misalignment
-        Off the diagonal: each element over the scale of its row, rad; zero on it.
+        Elements off the diagonal, each over the scale of its row, rad; zero on the diagonal.
     bias
         Output without input, raw unit.
     g_sensitivity
-        Of a gyro, raw unit per g; zeros of an accelerometer.
+        g-sensitivity of a gyro, raw unit per g; zeros for an accelerometer.
     raw_unit, unit
-        Of the samples, and of what is corrected.
+        Units of the samples, and of corrected samples.
 
     Examples
     --------

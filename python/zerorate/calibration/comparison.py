@@ -36,15 +36,15 @@ class MovedParameter:
     name : str
         One of `Calibration.parameters`.
     first, second : Coefficient
-        As each calibration has it, in the raw unit.
+        Values in both calibrations, in the raw unit.
     difference : Coefficient
-        Second less first, with the error of both.
+        Second minus first, with the error of both.
     z : float
-        Difference over its standard error; NaN where the parameter does not count.
+        Difference over its standard error; NaN if the parameter is not compared.
     moved : bool
-        Whether z is beyond 3.
+        True if z is beyond 3.
     reason : str
-        Why it does not count, or what is to say of its move.
+        Reason why it is not compared, or a sentence on its change.
 
     Examples
     --------
@@ -73,15 +73,16 @@ class CalibrationComparison(Result):
     parameters : tuple of MovedParameter
         All of them, in the order of `Calibration.parameters`.
     chi_squared : float
-        Of all differences that count together, with their covariances.
+        Chi-squared of all compared differences, with their covariances.
     degrees_of_freedom : int
-        How many count.
+        Number of compared parameters.
     probability : float
-        Of a chi-squared at least as large, if nothing has moved; NaN where none counts.
+        Probability of a chi-squared at least as large, if nothing has moved; NaN if no parameter is
+        compared.
     gyro_unit, accel_unit : str
         Raw units of both calibrations.
     notes : tuple of str
-        What is to say of it.
+        Sentences on the comparison.
 
     Examples
     --------

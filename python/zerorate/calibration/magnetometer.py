@@ -45,12 +45,12 @@ class IronGroup:
     Parameters
     ----------
     hard_iron
-        As found, unit of the samples; zero along directions that are not known.
+        Estimate, unit of the samples; zero along unknown directions.
     scatter_raw, scatter_unseen
         RMS of an axis about a constant field, in blocks that the fit had not seen: of raw samples,
         and without the hard iron.
     applied
-        Whether the hard iron is taken off.
+        True if the hard iron is subtracted.
 
     Examples
     --------
@@ -74,37 +74,40 @@ class MagnetometerCalibration(Result):
     Parameters
     ----------
     hard_iron
-        Of the group that lasts longest, unit of the samples.
+        Hard iron of the group that lasts longest, unit of the samples.
     soft_iron
         Its trace is 3; the unit matrix where it is not applied.
     rotation
-        Of the magnetometer against the gyro as a fit of everything has it, rad; never applied.
+        Rotation of the magnetometer against the gyro, from a fit of all parameters, rad; never
+        applied.
     field, dip
         Size of the field, unit of the samples, and its angle below the level, rad.
     model
-        What is applied.
+        Applied corrections.
     spans
-        Seconds on the clock of the gyro, kinds and groups: see `Span`.
+        Spans in seconds on the clock of the gyro, with kinds and groups: see `Span`.
     groups
-        Hard irons.
+        Hard irons of the groups.
     covariance
-        Of the elements of the soft iron and of the hard iron over `norm`, shape (11, 11).
+        Covariance of the elements of the soft iron and of the hard iron over `norm`, shape (11,
+        11).
     elements
-        Of the soft iron less 1, in eight orthonormal matrices: two of scale, three symmetric,
-        three antisymmetric; shape (8,).
+        Soft iron minus 1, in eight orthonormal matrices: two of scale, three symmetric, three
+        antisymmetric; shape (8,).
     norm
         Median size of the samples.
     unit
-        Of the samples.
+        Unit of the samples.
     problems, advice, notes
-        Why it is not valid, what another record should have, and what was assumed.
+        Reasons why it is not valid, advice for another record, and assumptions.
     source
-        Of which recording.
+        Name of the recording.
     residual
-        RMS over each second of what hard and soft iron leave of the field, unit of the samples,
-        NaN where a second has no samples; none without a gyro.
+        RMS residual of the field over each second, unit of the samples, NaN where a second has no
+        samples; empty without a gyro.
     alarms
-        What contradicts the recording, of `zerorate.calibrate_magnetometer`; no file holds it.
+        Contradictions in the recording, from `zerorate.calibrate_magnetometer`; files do not hold
+        them.
 
     Examples
     --------

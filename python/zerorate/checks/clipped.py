@@ -33,14 +33,14 @@ class ClippedAxis:
     sign : int
         1 or -1.
     limit : float
-        The range as the recording shows it, rad/s.
+        The range as seen in the recording, rad/s.
     sample_count : int
         Samples that were restored.
     share : float
-        Their part of all samples.
+        Their share of all samples.
     certain : bool
-        Whether half of what is at the range is one number to the last bit: then nothing but a range
-        explains it. Axes that a calibration has mixed do not show that, and are clipped as well.
+        True if half of the samples at the range are equal to the last bit, which only a range
+        explains. Axes that a calibration has mixed do not show this, but may be clipped, too.
 
     Examples
     --------
@@ -71,16 +71,16 @@ class ClippedAxis:
 
 @dataclass(frozen=True, eq=False)
 class RestoredGyro:
-    """Rates of a gyro, those that it clipped restored.
+    """Rates of a gyro, with clipped ones restored.
 
     Parameters
     ----------
     gyro : ndarray, shape (n, 3)
         rad/s, NaN where it is missing.
     restored : ndarray of bool, shape (n,)
-        Which samples were changed.
+        Mask of changed samples.
     variance : ndarray, shape (n,)
-        By how much a restored rate may be wrong, as density of a white noise, rad^2/s; 0 elsewhere.
+        Error of a restored rate, as density of a white noise, rad^2/s; 0 elsewhere.
     clipped : tuple of ClippedAxis
         The axes and signs that were clipped; none if the gyro never was.
 
@@ -162,7 +162,7 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredG
 def restore_recording(
     imu: Recording, *, gyro: str = "gyro", certain: bool = True
 ) -> tuple[Recording, tuple[ClippedAxis, ...]]:
-    """Return a recording whose clipped rates are restored, and the axes that were clipped.
+    """Return a recording with restored clipped rates, and the clipped axes.
 
     Parameters
     ----------
@@ -171,12 +171,12 @@ def restore_recording(
     gyro : str
         The name of the gyro's log.
     certain : bool, default True
-        Whether it is restored only if each axis that was clipped is `ClippedAxis.certain`.
+        Restore only if each clipped axis is `ClippedAxis.certain`.
 
     Returns
     -------
     tuple
-        The recording, the same where nothing was restored, and `ClippedAxis` of each side.
+        The recording, the same if nothing was restored, and `ClippedAxis` of each side.
 
     Examples
     --------

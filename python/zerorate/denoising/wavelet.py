@@ -18,21 +18,21 @@ LevelName: TypeAlias = Literal["auto", "psr", "psr-normalised"]
 
 @dataclass(frozen=True, eq=False)
 class Denoised(Result):
-    """A record without the details that are no larger than noise.
+    """A denoised record: without the details that are no larger than noise.
 
     Attributes
     ----------
     signal : ndarray, shape (n,) or (n, k)
         The record, in its own unit.
     level : int or ndarray, shape (k,)
-        The last level that was thresholded, of each column.
+        Last thresholded level of each column.
     sigma : float or ndarray, shape (k,)
-        Deviation of white noise, from the details of the first level.
+        Standard deviation of white noise, from the details of the first level.
     threshold : float or ndarray, shape (k,)
-        What details were held to, sigma sqrt(2 ln n).
+        Threshold of the details, sigma sqrt(2 ln n).
     wavelet, mode : str
     approximation : bool
-        As they were given.
+        The given arguments.
 
     Examples
     --------

@@ -53,22 +53,22 @@ class ArmaModel(Result):
     sigma2 : float
         Variance of the innovations a: the sum of their squares over their number.
     covariance : ndarray, shape (p + q + 1, p + q + 1)
-        Of the estimates of [phi, theta, c]; zero for a constant that was not estimated.
+        Covariance of the estimates of [phi, theta, c]; zero for a constant that was not estimated.
     n : int
-        Number of innovations that were summed.
+        Number of innovations in the sum.
     log_likelihood : float
-        Of the innovations, Gaussian.
+        Gaussian log-likelihood of the innovations.
     condition : float
-        Condition number of the normal equations, scaled to a unit diagonal: large where the
-        record cannot tell the coefficients apart.
+        Condition number of the normal equations, scaled to a unit diagonal: large if the record
+        hardly separates the coefficients.
     method : str
-        Of the estimate.
+        Method of the estimate.
     has_constant : bool
-        Whether the constant was estimated; otherwise it is 0.
+        True if the constant was estimated; otherwise it is 0.
     converged : bool
-        Whether the search for the estimate came to its end.
+        True if the search for the estimate converged.
     remarks : tuple of str
-        What the search for the estimate has to say, a sentence each.
+        Sentences from the search for the estimate.
     record_mean : float
         Mean of the record; NaN if it is not known.
     record_deviation : float

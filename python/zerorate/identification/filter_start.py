@@ -113,8 +113,8 @@ def to_filter(
     Parameters
     ----------
     models : sequence of ArmaModel
-        One an axis. The filter has the largest of their orders; coefficients that a model lacks
-        are zero and stay zero.
+        One model per axis. The filter has the largest of their orders; coefficients that a model
+        lacks are zero and stay zero.
     rate, method, adapt_for, **options
         As for `ArmaModel.to_filter`; the filter has `channels` = number of models.
 

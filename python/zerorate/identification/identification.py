@@ -41,37 +41,37 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Identification(Result):
-    """All that was found out about the record of one axis.
+    """Tests and models of the record of one axis.
 
     Attributes
     ----------
     name, unit : str
-        Of the axis.
+        Name and unit of the axis.
     record : RecordSummary
-        The record as it came.
+        Summary of the unprepared record.
     moving : tuple of Span
-        Where it was not at rest, s from its beginning.
+        Spans without rest, s from its beginning.
     smooth : int
-        Samples of the moving average that was taken, 1 for none.
+        Samples of the moving average, 1 for none.
     prepared : Prepared
-        What was modelled, with all that was done to the record counted.
+        Prepared record, with a count of all changes.
     tests : RecordTests
-        Of stationarity and normality, of what was modelled.
+        Tests of stationarity and normality of the prepared record.
     correlogram : Correlogram
-        Of what was modelled.
+        Correlogram of the prepared record.
     ar_orders, arma_orders : OrderSelection
         Criteria of every order.
     ar : ArmaModel
         Autoregressive model of the clear choice of order, by least squares.
     model : ArmaModel
-        ARMA model of the clear choice, or of the order that was asked for.
+        ARMA model of the clear choice, or of the requested order.
     order_given : bool
-        Whether the order was asked for.
+        True if the order was given.
     whiteness : Whiteness
-        Of the residuals of `model`.
+        Whiteness of the residuals of `model`.
     online : Online or None
-        What recursive least squares of the same order learns from the same record; None where it
-        has no such order.
+        Fit of recursive least squares of the same order on the same record; None if it has no such
+        order.
 
     Examples
     --------

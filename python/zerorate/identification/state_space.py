@@ -54,9 +54,9 @@ class StateSpace:
     F : ndarray, shape (n, n)
         Transition of the state.
     G : ndarray, shape (n, u)
-        What each of u white noises of variance `sigma2` does to the state.
+        Input of each of u white noises of variance `sigma2` to the state.
     H : ndarray, shape (n,)
-        What a sample shows of the state.
+        Measurement row: a sample from the state.
     sigma2 : float
         Variance of the innovations a.
     R : float

@@ -82,16 +82,16 @@ SENSITIVITIES: Final[Mapping[str, Sensitivities]] = MappingProxyType(
 
 @dataclass(frozen=True)
 class RawCounts:
-    """Factors that make deg/s and g of the raw counts of a device.
+    """Factors from the raw counts of a device to deg/s and g.
 
     Parameters
     ----------
     device
         Its name.
     gyro
-        deg/s in a count.
+        deg/s per count.
     accel
-        g in a count; None where the range of the accelerometer was not said.
+        g per count; None if the range of the accelerometer was not given.
     """
 
     device: str

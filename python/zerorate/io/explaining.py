@@ -60,17 +60,17 @@ class Explanation:
     source : str
         The file.
     format : str
-        Its kind, as ``meta["format"]`` of its logs.
+        Its format, as ``meta["format"]`` of its logs.
     reason : str
-        How it was recognised.
+        Evidence for the format.
     topics : tuple of ExplainedTopic
         The tables from which logs are read.
     others : tuple of str
-        Topics that are read only when they are asked for.
+        Topics that are read only on request.
     logs : mapping of str to Log
-        What is read of it; empty where nothing is.
+        Logs read from it; empty if there are none.
     notes : tuple of str
-        What was assumed, and what is not read and why.
+        Assumptions, and parts that are not read, with reasons.
     """
 
     source: str
@@ -95,7 +95,7 @@ def explain(path: str | os.PathLike[str], **arguments: Unpack[ReadArguments]) ->
     Returns
     -------
     Explanation
-        Of a file that cannot be read as a recording ``notes`` begins with the reason.
+        Explanation; if the file cannot be read as a recording, ``notes`` begins with the reason.
 
     Raises
     ------

@@ -137,12 +137,12 @@ _AXES: Final = 3
 
 @dataclass(frozen=True)
 class LogFile:
-    """A log on a uniform time grid of which a part at a time is in memory.
+    """A log on a uniform time grid, with one part at a time in memory.
 
     Parameters
     ----------
     header : Header
-        What is known before any data are read. Its notes do not tell of columns that are all
+        Header, known before any data are read. Its notes do not mention columns that are all
         missing.
     time : callable
         Gives the times of the samples from a first one up to an end, s.
@@ -150,9 +150,9 @@ class LogFile:
         Gives the data in arrays (k, rows), the last one shorter, NaN where a sample is missing.
         While they are read a `LogError` may be raised.
     whole : Log or None
-        The log itself, where it is in memory already.
+        The log itself, if it is in memory already.
     stamps : callable or None
-        Gives when samples were taken, as `time` does, where the clock wanders; else None.
+        Gives the times of the samples, as `time` does, if the clock wanders; else None.
     """
 
     header: Header
@@ -206,7 +206,7 @@ def open_imu(
     """Return the log that `open_log` returns, and that of its accelerometer.
 
     The accelerometer is the one of the same table that is named like the gyro, or the only one. It
-    is None if there is none, if it has not three axes or cannot be read, and where a log is of
+    is None if there is none, if it does not have three axes or cannot be read, and for a log of
     several gyros.
     """
     return _open_logs(path, ReadOptions.of(**arguments), unit, accel=True)

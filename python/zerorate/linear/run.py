@@ -32,8 +32,8 @@ class SmoothedRun(Result):
 class LinearRun(Result):
     """Result of ``LinearKalman.process``: the estimate after each sample of a record.
 
-    With channels every array has their axis after that of the samples. Covariances of channels that
-    share one are a read-only view of it.
+    With channels every array has their axis after that of the samples. Channels that share a
+    covariance have a read-only view of it.
 
     Examples
     --------

@@ -85,12 +85,13 @@ def moving_spans(z: npt.ArrayLike, rate: float | None = None) -> tuple[Span, ...
     """Return the spans in which a sensor was not at rest.
 
     Windows of one second move if their variance, or the step from one's mean to the next, is far
-    outside of what the quiet ones show. Neighbours are put together, also over pauses under 5 s.
+    outside the range of quiet windows. Neighbouring windows are merged, also across pauses under 5
+    s.
 
-    Turning at one rate looks like a bias and is seen only where it begins and ends. Motion without
-    a pause is seen if it takes more than some 4 s to and fro, and changes by more than some 25
-    deviations of the noise from one second to the next; otherwise it looks like noise. Strong
-    vibration counts as motion, and so do outliers: see `hampel`.
+    Rotation at a constant rate looks like a bias and is seen only at its beginning and end. Motion
+    without a pause is seen if its period exceeds some 4 s, and it changes by more than some 25
+    standard deviations of the noise from one second to the next; otherwise it looks like noise.
+    Strong vibration counts as motion, and so do outliers: see `hampel`.
 
     Parameters
     ----------
@@ -103,8 +104,8 @@ def moving_spans(z: npt.ArrayLike, rate: float | None = None) -> tuple[Span, ...
     Returns
     -------
     tuple of Span
-        In order, in seconds; empty for a sensor at rest, and for a record that cannot tell, of
-        under 20 windows or without any noise.
+        Spans in order, in seconds; empty for a sensor at rest, and for a record that is not
+        sufficient: of under 20 windows or without any noise.
 
     Raises
     ------

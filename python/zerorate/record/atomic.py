@@ -17,16 +17,16 @@ from zerorate.faults import keyword_argument, make_sentence
 def check_writable(
     path: str | os.PathLike[str], force: bool = False, make_folders: bool = False
 ) -> None:
-    """Check that a file can be written, before the work that fills it is begun.
+    """Check that a file can be written, before the work on its content begins.
 
     Parameters
     ----------
     path
         The file to write.
     force
-        Whether an existing file may be replaced; default no.
+        Allow replacing an existing file; default no.
     make_folders
-        Whether folders that are missing will be made; default no.
+        Missing folders will be made; default no.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def atomic_path(path: str | os.PathLike[str], force: bool = False) -> Iterator[P
     path
         The file to write.
     force
-        Whether an existing file may be replaced; default no.
+        Allow replacing an existing file; default no.
 
     Yields
     ------

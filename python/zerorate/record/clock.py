@@ -23,13 +23,13 @@ class ClockReport:
     rate
         Rate of the best uniform clock through the stamps, Hz; without stamps the rate given.
     stamped
-        Whether the file had timestamps.
+        True if the file had timestamps.
     jitter_rms, jitter_max
-        Deviation of the stamps from that clock, s; of stamps of arrival how late they are.
+        Deviation of the stamps from that clock, s; for stamps of arrival their delay.
     repeated, backward
         Stamps equal to, and less than, the one before. Their rows are kept in file order.
     gaps, missing_count
-        Places where samples are missing, and the number of NaN rows put there.
+        Number of gaps, and number of NaN rows inserted there.
     longest_gap
         Longest step between two stamps at a gap, s.
     bursts
@@ -37,13 +37,13 @@ class ClockReport:
     repeats
         Rows left out because they repeat the one before, the sensor being slower than its log.
     wander
-        How far the even clock is from the stamps at most, s, where these wander so that they are
-        kept; else 0. The jitter is then that about the clock that wanders.
+        Largest distance of the even clock from the stamps, s, if these wander so that they are
+        kept; else 0. The jitter is then that about the wandering clock.
     slowest, fastest
         Rates between which such a clock ran, Hz, over a fortieth of the log; else 0.
     step_rms
-        Deviation of the steps between stamps from a period, s, where no sample is missing and no
-        stamp repeated.
+        Standard deviation of the steps between stamps from a period, s, where no sample is missing
+        and no stamp repeated.
     late_count
         Steps of more than a period and a half at which no sample is missing.
     restart_count

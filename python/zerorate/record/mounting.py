@@ -23,9 +23,9 @@ class Mounting:
     body_from_sensor : ndarray, shape (3, 3), or None
         Rotation from the sensor's axes to forward, right, down.
     antenna : ndarray, shape (3,), or None
-        From the sensor to the antenna, body axes, m.
+        Vector from the sensor to the antenna, body axes, m.
     time_offset : float, or None
-        To be added to the times of the fixes, s, as ``NavigationFilter.process`` takes it.
+        Offset to add to the times of the fixes, s, as ``NavigationFilter.process`` takes it.
 
     Examples
     --------
@@ -47,13 +47,13 @@ class Mounting:
 
 
 def body_axes(recording: Recording, body_from_sensor: npt.ArrayLike) -> Recording:
-    """Return a recording with all sensors of three axes turned into those of the body.
+    """Return a recording with all sensors of three axes rotated into the body's axes.
 
     Parameters
     ----------
     recording : Recording
-        Whose gyros, accelerometers and magnetometers are turned; others stay. The result's
-        ``mounting`` no longer has a rotation.
+        Recording whose gyros, accelerometers and magnetometers are rotated; others stay. The
+        result's ``mounting`` no longer has a rotation.
     body_from_sensor : array_like, shape (3, 3)
         Rotation: a vector in the axes of the body is its product with one in those of the sensor.
 

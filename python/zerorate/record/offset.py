@@ -16,31 +16,31 @@ _SIGNIFICANCE_SIGMAS: Final = 3.0
 
 @dataclass(frozen=True)
 class TimeOffset(Result):
-    """A difference of two clocks, as `find_time_offset` returns it.
+    """Offset between two clocks, as `find_time_offset` returns it.
 
     Parameters
     ----------
     seconds : float
-        To be added to the times of the fixes, as those of their positions; NaN if it is not
-        identifiable.
+        Offset to add to the times of the fixes, for their positions; NaN if it is not identifiable.
     sigma : float
         Its standard deviation, s; infinite if it is not identifiable.
     velocity_seconds : float
-        To be added to the times of their velocities, which a receiver may filter on their own; NaN
+        Offset to add to the times of their velocities, which a receiver may filter separately; NaN
         if it is that of the positions.
     velocity_sigma : float
         Its standard deviation, s.
     rate : float
-        Seconds by which the offset grows in a second.
+        Growth of the offset, s per s.
     rate_sigma : float
         Its standard deviation.
     middle : float
-        Time of a fix at which the offsets hold, s.
+        Time of a fix for which the offsets hold, s.
     nis : float
-        Mean normalised innovation squared of a scalar with it, 1 if all is right; NaN if not known.
+        Mean normalised innovation squared of a scalar with this offset, 1 if the model is right;
+        NaN if not known.
     antenna : tuple of float or None
-        From the sensors to the antenna, m forward, right, down, as found with the clock; None if it
-        was not searched.
+        Vector from the sensors to the antenna, m forward, right, down, as found with the clock;
+        None if it was not searched.
     antenna_sigma : tuple of float or None
         Its standard deviations, m.
 

@@ -21,11 +21,11 @@ class Poses:
     time : ndarray, shape (n,)
         s, increasing.
     position : ndarray, shape (n, 3)
-        In the axes of the earth, m.
+        Position in the axes of the earth, m.
     quaternion : ndarray, shape (n, 4)
         Orientations w, x, y, z, from the body to the earth, of length 1; NaN where not known.
     source : str
-        Where they come from.
+        Source of the poses.
 
     Raises
     ------

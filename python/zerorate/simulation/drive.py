@@ -59,7 +59,7 @@ _POSITION_TOLERANCE_M: Final = 5e-9
 
 @dataclass(frozen=True, eq=False)
 class SimulatedDrive:
-    """A simulated drive of n samples, with all that is true of it.
+    """A simulated drive of n samples, with the truth.
 
     North, east and down are the axes of the earth; forward, right and down those of the body.
 
@@ -70,23 +70,23 @@ class SimulatedDrive:
     rate : float
         Hz.
     gyro, accel : ndarray, shape (n, 3)
-        What the sensors give, rad/s and m/s^2.
+        Samples of the sensors, rad/s and m/s^2.
     fixes : Fixes
-        What the receiver gives, of its antenna.
+        Fixes of the receiver's antenna.
     truth_position : ndarray, shape (n, 3)
-        Of the inertial sensors: latitude and longitude, deg, and height, m.
+        Position of the inertial sensors: latitude and longitude, deg, and height, m.
     truth_velocity : ndarray, shape (n, 3)
         North, east and down, m/s.
     truth_quaternion : ndarray, shape (n, 4)
         Quaternions w, x, y, z from the axes of the body to those of the earth.
     gyro_bias, accel_bias : ndarray, shape (n, 3)
-        Constant and drift, rad/s and m/s^2. Samples less bias are the truth and white noise.
+        Constant bias plus drift, rad/s and m/s^2. Samples minus bias are the truth and white noise.
     antenna : ndarray, shape (3,)
-        From the inertial sensors, in the axes of the body, m.
+        Vector from the inertial sensors to the antenna, in the axes of the body, m.
     body_from_sensor : ndarray, shape (3, 3)
-        Rotation from the axes of the sensors, which samples and biases are in, to the body's.
+        Rotation from the axes of the sensors, those of samples and biases, to the body's.
     time_offset : TimeOffset
-        What is to be added to the times of the fixes.
+        Offset to add to the times of the fixes.
     source : str
         Kind and seed, in words.
 

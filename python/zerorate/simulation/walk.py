@@ -27,11 +27,11 @@ class SimulatedWalk:
     time : ndarray, shape (n,)
         s.
     gyro, accel : ndarray, shape (n, 3)
-        What the sensor shows, rad/s and m/s^2; axes ahead, left, up.
+        Samples of the sensor, rad/s and m/s^2; axes ahead, left, up.
     position : ndarray, shape (n, 3)
-        Of the sensor: ahead, left and up of the start, m.
+        Position of the sensor: ahead, left and up of the start, m.
     standing : ndarray of bool, shape (n,)
-        Where the foot does not move at all.
+        Mask of samples at which the foot does not move at all.
     distance : float
         Level way from stance to stance, m.
     stride_count : int

@@ -37,23 +37,23 @@ def wheel_speeds(
     Parameters
     ----------
     drive : SimulatedDrive
-        Of n samples.
+        Simulated drive of n samples.
     rate : float
-        Hz at which they tell it, at samples; NaN at all others.
+        Rate of the measurements, Hz; other samples are NaN.
     scale : float
-        They roll (1 + scale) times as fast as they tell.
+        The wheels roll (1 + scale) times as fast as measured.
     sigma : float
-        Deviation of white noise, m/s.
+        Standard deviation of white noise, m/s.
     tick : float
-        Way from count to count, m, by which the speed is rounded; 0 for none.
+        Distance from count to count, m, by which the speed is rounded; 0 for none.
     slips : int
-        How often they slip, for 0.5 to 2 s, 40 % too slow or 30 % too fast.
+        Number of slips, of 0.5 to 2 s, 40 % too slow or 30 % too fast.
     axle : array_like, shape (3,)
-        From the inertial sensors, forward, right, down, m.
+        Vector from the inertial sensors to the axle, forward, right, down, m.
     yaw : float
-        Of the axis along which they roll, to the right of the sensors' x, rad.
+        Angle of the rolling direction to the right of the sensors' x, rad.
     seed : int
-        Of noise and slips.
+        Seed of noise and slips.
 
     Returns
     -------
@@ -108,7 +108,7 @@ def wheel_ticks(
     Parameters
     ----------
     drive : SimulatedDrive
-        Of n samples.
+        Simulated drive of n samples.
     tick : float
         Stated length of a tick, m.
     scale, slips, axle, yaw, seed
@@ -117,7 +117,7 @@ def wheel_ticks(
     Returns
     -------
     ndarray, shape (n,)
-        Whole numbers, from 0 on.
+        Counts as whole numbers, from 0 on.
 
     Raises
     ------

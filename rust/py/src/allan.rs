@@ -15,15 +15,15 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// averaging time with fading memory.
 ///
 /// ``R = (1 - w) R + w (z[k] - z[k-1])**2 / 2`` with ``1/w = 1 + fading / w_before`` (Fu & Han 2019,
-/// equations 17, 18 and 26 to 31). One that is not finite is a missing sample; differences across
-/// it are left out. One object serves one thread at a time.
+/// equations 17, 18 and 26 to 31). A sample that is not finite is missing; differences across it
+/// are left out. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// fading : float, default 0.97
-///     Memory b in (0, 1]: the weight of a difference falls by this factor a sample. Small follows
-///     changes quickly, large averages; 1 weighs all equally and equals the Allan variance of the
-///     whole record.
+///     Fading factor b in (0, 1]: the weight of a difference falls by this factor a sample. A small
+///     one follows changes quickly, a large one averages; 1 weighs all equally and equals the Allan
+///     variance of the whole record.
 /// noise : {"allan", "hadamard"}, default "allan"
 ///     First differences, or second differences ``(z[k] - 2 z[k-1] + z[k-2])**2 / 6``, which a
 ///     constant angular acceleration leaves alone.

@@ -116,17 +116,17 @@ impl RestDetector {
 
 /// Detection of a body's motion, by its accelerometer alone while samples arrive.
 ///
-/// A gyro that turns slowly at one rate gives what one with a bias gives at rest. In the axes of a
-/// body that turns, gravity turns as well, unless it turns about the vertical. Means of 1, 2, 4, …, 64
-/// ticks of a quarter second are compared with the ones before: where they differ by more than the
-/// samples' noise explains, and by more than gravity turned by 0.4 degrees, the body moves. A turn of
-/// 0.4 deg/s about a level axis is seen within 2 s, one of 0.05 deg/s after half a minute. Motion is
-/// over when none has been seen for half as long again as it took to see, and, for a minute at most,
-/// when the samples are about as quiet as before it. True says that the body moves, False that nothing
-/// is known.
+/// A gyro that turns slowly at a constant rate has the same output as a biased one at rest. In the
+/// axes of a turning body gravity turns, too, unless the rotation is about the vertical. Means of
+/// 1, 2, 4, …, 64 ticks of a quarter second are compared with the previous ones: the body moves if
+/// they differ by more than the samples' noise explains, and by more than a rotation of gravity by
+/// 0.4 degrees. A rotation of 0.4 deg/s about a level axis is detected within 2 s, one of 0.05
+/// deg/s after half a minute. Motion is over when none has been detected for one and a half times
+/// the time of its detection, and, for a minute at most, when the samples are about as quiet as
+/// before it. True means that the body moves, False that its motion is unknown.
 ///
-/// Nothing depends on the unit, nor on the axes. A sample of which an axis is not finite is a missing
-/// one. One object serves one thread at a time.
+/// Nothing depends on the unit, nor on the axes. A sample with an axis that is not finite is
+/// missing. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------

@@ -359,7 +359,7 @@ def convert_to_raw(rest: Rest, gyro: Sensor | None, accel: Sensor | None) -> Res
 
 
 def find_rests(recording: Recording | Log) -> tuple[Rest, ...]:
-    """Return the stretches without motion.
+    """Return the static intervals of a recording.
 
     Parameters
     ----------
@@ -371,21 +371,21 @@ def find_rests(recording: Recording | Log) -> tuple[Rest, ...]:
     -------
     tuple of Rest
         In the order of time, on the clock of the gyro if there is one. Means are in the raw units,
-        NaN of a sensor that there is not; ``direction`` is that of the raw specific force.
+        NaN for a missing sensor; ``direction`` is that of the raw specific force.
 
     Raises
     ------
     LogError
-        If there is neither sensor, or one has not three axes.
+        If both sensors are missing, or one does not have three axes.
     TypeError
         If it is neither a recording nor a log.
 
     Notes
     -----
     The variance of each axis in windows of 0.5 s is divided by its floor, the usual value where the
-    sensor is quietest; a window is still if no axis exceeds 5 floors. Breaks below 0.4 s are passed
-    over, and rests are at least 1 s long after 0.1 s were cut off at both ends. A tenth of the
-    record at least must be at rest: one in which nothing rests has no floor to compare with.
+    sensor is quietest; a window is still if no axis exceeds 5 floors. Interruptions below 0.4 s are
+    ignored, and rests are at least 1 s long after 0.1 s were cut off at both ends. A tenth of the
+    record at least must be at rest: otherwise there is no floor to compare with.
 
     Examples
     --------

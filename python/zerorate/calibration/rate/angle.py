@@ -31,27 +31,27 @@ _IGNORED_TERMS = ("quantization", "rate_ramp", "markov", "sinusoid")
 
 @dataclass(frozen=True, eq=False)
 class Integrated(Result):
-    """The angle that a gyro has turned by, or its orientation.
+    """Angle or orientation from an integrated rate.
 
     Attributes
     ----------
     angle : ndarray, shape (n,)
-        Of one axis, the angle since the first sample, rad; of three, the angle between the
+        For one axis, the angle since the first sample, rad; for three, the angle between the
         orientation and the first one, 0 to pi.
     quaternion : ndarray, shape (n, 4), or None
-        Of three axes: unit quaternions w, x, y, z that turn vectors of the body at that sample into
-        its axes at the first one.
+        For three axes: unit quaternions w, x, y, z that turn vectors of the body at that sample
+        into its axes at the first one.
     sigma : ndarray, shape (n,) or (n, 3), or None
-        Standard deviation of the angle, rad; of three axes, that of the rotation about each axis
+        Standard deviation of the angle, rad; for three axes, of the rotation about each axis
         of the body at the first sample. None if no noise was given.
     bridged : ndarray of bool, shape (n,)
-        Where a sample was missing.
+        Mask of missing samples.
     rate : float
         Samples per second, Hz.
     method : str
-        As it was given.
+        The given method.
     notes : tuple of str
-        What `sigma` leaves out, and how many samples were missing.
+        Sentences on errors that `sigma` leaves out, and on missing samples.
 
     Examples
     --------

@@ -54,18 +54,18 @@ class RateTableAxis:
         Output per rate.
     cross : tuple of Coefficient
         Output per rate about each of the other axes, in their order; empty if the table turned
-        one axis alone.
+        about a single axis.
     quadratic, cubic, asymmetry : Coefficient
-        Bends of the line. The scale is ``scale + asymmetry`` of positive rates,
-        ``scale - asymmetry`` of negative ones.
+        Non-linear terms. The scale is ``scale + asymmetry`` for positive rates, ``scale -
+        asymmetry`` for negative ones.
     terms : tuple of str
-        Which of the last three were chosen.
+        Names of the chosen ones among the last three.
     chi_squared : float
-        Of the residuals, per degree of freedom; NaN where no sigma was given.
+        Chi-squared of the residuals, per degree of freedom; NaN where no sigma was given.
     degrees_of_freedom : int
-        Means less coefficients.
+        Number of means minus number of coefficients.
     nonlinearity : float
-        Largest distance of a mean from the best straight line, over what the line makes of the
+        Largest distance of a mean from the best straight line, over the line's output at the
         largest rate.
 
     Examples
@@ -92,17 +92,16 @@ class RateTableAxis:
 
 @dataclass(frozen=True, eq=False)
 class RateTable(Result):
-    """A gyro that a rate table has calibrated.
+    """Calibration of a gyro by a rate table.
 
     Parameters
     ----------
     axes : tuple of RateTableAxis
-        One, or three.
+        Axes of the gyro, one or three.
     rates, means, sigma : ndarray, shape (m, k)
-        The table: rates that were set, means of the output, and their standard errors as the fit
-        took them.
+        The table: rates, means of the output, and their standard errors in the fit.
     residuals : ndarray, shape (m, k)
-        Means less what the axes make of the rates.
+        Means minus the responses of the axes to the rates.
 
     Examples
     --------
