@@ -138,7 +138,7 @@ _LAZY_EXPORTS: Final = {
     "tasks.report": "report",
     "tasks.walk": "walk",
 }
-"""Names by the module that is imported when one is first asked for; packages of the root first."""
+"""Names by the module that is imported at the first access; packages of the root first."""
 
 __all__ = sorted(["__version__", *modules_by_name(_LAZY_EXPORTS)])
 

@@ -1,4 +1,4 @@
-"""Views of results: the table and the figure of each, found by its class when they are asked for.
+"""Views of results: the table and the figure of each, found by its class on request.
 
 What shows results registers itself here; a result knows nothing of how it is shown.
 """
@@ -58,7 +58,7 @@ def add_registrar(module: str) -> None:
 def register(package: str, views: Mapping[str, View]) -> None:
     """Register the views of results, by ``"module.Class"`` within a package.
 
-    Nothing is imported before a view is asked for.
+    Nothing is imported before the first request for a view.
     """
     _VIEWS.update({f"{package}.{name}": view for name, view in views.items()})
 

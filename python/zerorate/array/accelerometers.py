@@ -48,7 +48,7 @@ _UNKNOWN_LEVER_M: Final = 0.05
 """Metres between sensors whose positions are not given."""
 
 _QUIET_DIVISOR: Final = 4
-"""One in so many ticks, the quietest, tells the noise."""
+"""One in so many ticks, the quietest, gives the noise."""
 _MIN_SIGMA_M_S2: Final = 1e-6 * _G
 """Least deviation of a sensor, m/s^2."""
 _MIN_DERIVATIVE_SIGMA: Final = 1e-6
@@ -324,7 +324,7 @@ def _unknown_lever_error(omega: Floats, rate: float) -> Floats:
 def _derivative(omega: Floats, rate: float) -> tuple[Floats, Floats]:
     """Return the derivative (n, 3), zero where it is not known, and its variance (n,), 0 there.
 
-    What the slopes to the last and to the next sample differ by, tells how wrong their mean is:
+    The difference of the slopes to the last and to the next sample shows the error of their mean:
     motion that is too fast for the samples, or noise.
     """
     slopes = np.diff(omega, axis=0) * rate
@@ -617,8 +617,8 @@ class _BlockSolution(NamedTuple):
 def _solve_block(force: Floats, information: Floats, motion: _Motion | None) -> _BlockSolution:
     """Return the force at the origin, by least squares.
 
-    About their weighted mean place the sensors tell the angular acceleration alone, as a rigid body
-    with their information for masses would: of inertia J, J alpha = sum of r x force.
+    About their weighted mean position the sensors show the angular acceleration alone, as a rigid
+    body with their information for masses would: of inertia J, J alpha = sum of r x force.
     """
     if motion is not None:
         force = force - motion.centripetal
@@ -646,9 +646,9 @@ def _solve_block(force: Floats, information: Floats, motion: _Motion | None) -> 
 def _force_gradient(arms: Floats, differences: Floats, u: Floats, motion: _Motion) -> Floats:
     """Return by how much the force changes with the place, (n, 3, 3): times an arm it is a force.
 
-    Differences from the mean at arms (n, N, 3) tell it. Where the rate is known it is a cross
-    product with the angular acceleration, which the rate tells as well; else it is anything, of a
-    size as in turning as fast as a rate is at the end of its range.
+    Differences from the mean at arms (n, N, 3) determine it. If the rate is known it is a cross
+    product with the angular acceleration, which the rate also gives; else it is anything, of a size
+    as in turning as fast as a rate is at the end of its range.
     """
     squares = np.einsum("nk,nki,nkj->nij", u, arms, arms)
     spread = np.trace(squares, axis1=1, axis2=2)

@@ -114,7 +114,7 @@ class Rotations(Result):
         path : str or path, optional
             A file to write as well. Default: none.
         force : bool
-            Whether to replace an existing file; default no.
+            Replace an existing file; default no.
 
         Raises
         ------

@@ -260,7 +260,7 @@ class Calibration(Result):
         return figure_of(self, recording or self.recording, panels == "all")
 
     def __repr__(self) -> str:
-        """Return in one line whether it is valid, and what it was made of."""
+        """Return one line with the verdict and the data."""
         rests, turns = (
             sum(entry.used for entry in entries) for entries in (self.rests, self.turns)
         )
@@ -268,11 +268,11 @@ class Calibration(Result):
         return f"Calibration({state}; {rests} rests and {turns} turns; frame {self.frame!r})"
 
     def __gyro_prior__(self, unit: str) -> tuple[Floats, Floats, Floats]:
-        """Tell an `Attitude` bias, matrix and its deviations of a gyro in this unit."""
+        """Return bias, matrix and its standard deviations for an `Attitude` in this unit."""
         return gyro_prior(self, unit)
 
     def __gyro_correction__(self, name: str) -> Floats:
-        """Tell a `GyroArray` the matrix that corrects a sensor's samples in their own unit."""
+        """Return the correction matrix of a sensor's samples in their unit, for a `GyroArray`."""
         return gyro_correction(self, name)
 
     @property

@@ -40,7 +40,7 @@ def correct_gyro(recording: Recording, calibration: Calibration, *, by_columns: 
     calibration : Calibration
         What is taken off.
     by_columns : bool
-        Whether the gyro was chosen by its columns, so that it is the first; else it is the one
+        True if the gyro was chosen by its columns, so that it is the first; else it is the one
         that the calibration was made of, if it is there.
 
     Raises
@@ -59,5 +59,5 @@ def correct_gyro(recording: Recording, calibration: Calibration, *, by_columns: 
     count = len(recording.of_kind("accel"))
     if count < 2:
         return gyro
-    note = f"of {count} accelerometers {names['accel']} is taken for the force on the gyro"
+    note = f"of {count} accelerometers {names['accel']} is used as the force on the gyro"
     return replace(gyro, meta={**gyro.meta, "notes": (*gyro.meta["notes"], note)})

@@ -129,7 +129,7 @@ def to_imu_tk(
         What the names of the files begin with: ``imu`` gives ``imu_acc.calib`` and
         ``imu_gyro.calib``, as imu_tk's programs name them. Default: none is written.
     force : bool
-        Whether to replace existing files, and to write a calibration that is not valid, with a
+        Replace existing files, and write a calibration that is not valid, with a
         warning; default no.
 
     Returns
@@ -341,7 +341,7 @@ def _significant_model(calibration: Calibration) -> TemperatureModel | None:
 
 
 def _header_lines(calibration: Calibration, title: str) -> tuple[str, ...]:
-    """Return the first lines of a file: what it is, and whether it can be trusted."""
+    """Return the first lines of a file: its content, and its validity."""
     lines = [f"# {title}"]
     if not calibration.valid:
         lines.append(f"# WARNING, NOT VALID: {calibration.problems[0]}")

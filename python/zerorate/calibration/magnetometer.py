@@ -265,7 +265,7 @@ class MagnetometerCalibration(Result):
         Parameters
         ----------
         before : bool
-            Whether of raw samples: what hard and soft iron do, and what is not known of them.
+            True for raw samples: with the effects of hard and soft iron, and of their uncertainty.
         group : int, optional
             With the hard iron of which group; default that of `longest`, whose deviations count.
 

@@ -1,4 +1,4 @@
-"""The check of a recording: its sensors on common ticks, judged against each other."""
+"""The check of a recording: its sensors on common ticks, compared with each other."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def check(
         Which of several sensors: ``"gyro_1"`` and so on; default the first, and the accelerometer
         of its device.
     scale : bool
-        Whether to look for scale errors and a delay of the gyro, too, where it fits. Default yes.
+        Also look for scale errors and a delay of the gyro, if it fits. Default yes.
 
     Returns
     -------
@@ -184,7 +184,7 @@ def _check_gyro(ticks: _Ticks, gyro: Log, name: str) -> _GyroCheck:
     def refitted() -> Floats:
         args = (ticks.rates, ticks.forces, starts, length, biases[0, 0])
         found = check_fit(*args, fits=False)[0]
-        # Numbers so wild that nothing fits are no ground for an alarm.
+        # Values so erratic that nothing fits are no ground for an alarm.
         return found if found.size else np.zeros(len(starts))
 
     decision = decide(Costs(costs, null, _COST_FLOOR), refit=refitted)
@@ -313,7 +313,7 @@ def _field_finding(
     *,
     axes_known: bool,
 ) -> Finding:
-    # No motion tells a sense from its negative.
+    # No motion distinguishes a sense from its negative.
     both = np.concatenate([decision.remaining, decision.remaining + _ROTATION_COUNT])
     both = both[both < len(SENSES)]
     likely = min(both.tolist(), key=lambda place: (count_mistakes(SENSES[place]), place))

@@ -100,7 +100,7 @@ def mask_frozen_field(
     Parameters
     ----------
     recording : Recording
-        With a gyro of a known unit; else nothing is judged.
+        With a gyro of a known unit; else nothing is checked.
     gyro, mag : str
         Names of the logs.
 

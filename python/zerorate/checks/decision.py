@@ -60,7 +60,7 @@ class Decision:
     unit : int
         Place of the unit that fits: 0 is the given one.
     remaining : ndarray of int
-        Senses that the data do not tell from the best.
+        Senses that the data do not distinguish from the best.
     likely : int
         The one of them that the fewest mistakes make, and of several such the one that fits best.
     decisive : ndarray of bool, shape (windows,)
@@ -68,7 +68,7 @@ class Decision:
     ratio : float
         Cost of what was given over that of the best.
     other_units : bool
-        Whether hypotheses of other units are left, too.
+        True if hypotheses of other units remain, too.
     """
 
     status: Status
@@ -119,7 +119,7 @@ def decide(costs: Costs, *, refit: Callable[[], Floats] | None = None) -> Decisi
         Of all hypotheses.
     refit : callable, optional
         Returns the costs of what was given, shape (windows,), with scale errors and a delay of
-        its own, and is asked before an alarm.
+        its own, and is called before an alarm.
     """
     if costs.costs.shape[2] < _MIN_WINDOWS:
         return _decide_nothing("cannot tell", costs)

@@ -86,7 +86,7 @@ def mask_impossible_rates(recording: Recording, gyro: str) -> tuple[Recording, t
     Parameters
     ----------
     recording : Recording
-        Whose gyro is in a known unit; else nothing is judged.
+        Recording whose gyro has a known unit; else nothing is checked.
     gyro : str
         Name of the log.
 
@@ -113,7 +113,7 @@ def mask_impossible_rates(recording: Recording, gyro: str) -> tuple[Recording, t
 
 
 class ImpossibleRateDetector:
-    """Tells of each sample as it comes what `find_impossible_rates` says of the batch.
+    """Detects impossible samples one by one, as `find_impossible_rates` does for a batch.
 
     A sample beyond the range is left out at once. One that may be a spike counts as one until the
     next has come, and `revised` says then if it was motion.
@@ -130,7 +130,7 @@ class ImpossibleRateDetector:
     beyond_count, spike_count : int
         Samples left out.
     revised : bool
-        After `take`: whether the sample before was taken for a spike, and was none.
+        After `take`: True if the sample before counted as a spike, and was none.
 
     Examples
     --------
@@ -178,7 +178,7 @@ class ImpossibleRateDetector:
         self.spike_count -= self.revised
         beyond = size > self._limit
         spike = not beyond and self._spikes and _is_spike(size, self._size(self._last))
-        # A sample that is left out tells nothing of the next.
+        # A sample that is left out has no information on the next.
         self._last = [math.nan] * 3 if beyond else rates
         self._suspect = size if spike else None
         self.beyond_count += beyond

@@ -137,14 +137,14 @@ class Step(NamedTuple):
 
 
 class Preparation(NamedTuple):
-    """A row of the table: one check, by what it judges, and what follows from it.
+    """A row of the table: one check, its evidence and its consequence.
 
     Attributes
     ----------
     name : str
         Of the check.
     evidence, threshold : str
-        What it judges by, and from where on, with the reason.
+        Evidence and threshold, with the reason.
     default, option : str
         What is done, and the argument that changes it.
     step : callable or None
@@ -332,7 +332,7 @@ AS_MEASURED_CHOICES: Final = Choices(clipped="tell", skip=(GRAVITY,))
 """Choices of the tasks on noise and bias: clipped rates as they were, no use for gravity."""
 
 FILTER_CHOICES: Final = replace(AS_MEASURED_CHOICES, skip=(GRAVITY, IMPOSSIBLE))
-"""Choices of the tasks by a drift filter, which judges every rate itself, as live."""
+"""Choices of the tasks by a drift filter, which tests every rate itself, as live."""
 
 PREPARATIONS: Final = (
     Preparation(
@@ -427,4 +427,4 @@ PREPARATIONS: Final = (
         "navigate, report",
     ),
 )
-"""The steps in their order: each judges what those before it have made of the recording."""
+"""The steps in their order: each checks the recording as corrected by those before it."""

@@ -48,7 +48,8 @@ class Finding:
     alternatives : tuple of str
         All remaining permutations, unless all remain.
     seen : tuple of (str or None)
-        What all that are left agree on, an axis each: ``"-y"``, ``"±y"`` without the sign, None.
+        Common rows of all remaining permutations, an axis each: ``"-y"``, ``"±y"`` without the
+        sign, None.
     spans : tuple of (float, float)
         Start and end of the spans with evidence, s.
     ratio : float

@@ -49,7 +49,7 @@ def find_spikes(fixes: Fixes) -> tuple[Booleans, Booleans]:
 
 
 def drop_spikes(fixes: Fixes) -> Fixes:
-    """Return the fixes of a receiver that tells positions alone without those that stand alone.
+    """Return the fixes of a receiver without velocities, without isolated positions.
 
     Without velocities a filter is led astray by the first of them, and rejects those that are
     right.

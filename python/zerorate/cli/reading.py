@@ -146,7 +146,7 @@ class Reading:
     arguments : mapping
         Those of `zerorate.read_log` and of the other readers.
     group_by : str or int or None
-        Column that tells several logs in a file apart.
+        Column that distinguishes several logs in a file.
     """
 
     arguments: Mapping[str, Any]

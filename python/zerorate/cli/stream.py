@@ -87,7 +87,7 @@ class _Numbers:
 
 @dataclass(frozen=True)
 class _Accelerometer:
-    """Options of the accelerometer that tells of motion."""
+    """Options of the accelerometer that detects motion."""
 
     panel: ClassVar = PANEL
 

@@ -35,7 +35,7 @@ _SETTLING_TIME_S: Final = 10.0
 _MAX_TILT_SIGMA_RAD: Final = math.radians(5.0)
 """Standard deviation of an inclination from which on it is not trusted."""
 _MIN_REST_S: Final = 5.0
-"""Seconds of a rest by which the log's own inclination is judged, as it needs some to settle."""
+"""Seconds of a rest after which the log's own inclination is tested, as it has to settle."""
 _MIN_ROWS: Final = 10
 _MIN_UNCLEAR_S: Final = 1.0
 """Seconds of a rest that may be a rate table, for a finding."""
@@ -214,7 +214,7 @@ class _LogVertical(NamedTuple):
     axis: Floats
 
     def at(self, times: Floats) -> tuple[Floats, Booleans]:
-        """Return the row at or before each time, and whether there is one that is not old."""
+        """Return the row at or before each time, and True if there is one that is not old."""
         rows = np.clip(np.searchsorted(self.times, times, "right") - 1, 0, None)
         fresh = np.abs(times - self.times[rows]) < 2.0 * BLOCK_S
         return self.axis[rows], fresh & (times >= self.times[0])

@@ -18,7 +18,7 @@ from zerorate.types import Booleans, Floats, Integers
 
 SECTION: Final = "The clock"
 _TRIALS_PER_GAP: Final = 40
-"""Places near a gap that tell what one of its length costs."""
+"""Places near a gap for an estimate of its cost."""
 _TRIAL_RANGE_GAPS: Final = 4
 """Lengths of a gap within which such places lie."""
 _MAX_GAPS: Final = 500
@@ -76,7 +76,7 @@ def _make_finding(
 
 _ADVICE: Final = {
     "gaps": "Log to a faster medium or log fewer other topics; then compare the lost share.",
-    "break": "Look whether logging was stopped on purpose; the parts are judged together here.",
+    "break": "Check if logging was stopped on purpose; the parts are treated together here.",
 }
 
 
@@ -136,7 +136,7 @@ def _check_gaps(
 def _gap_angle_error(sensor: Sensor, firsts: Integers, lengths: Integers) -> float:
     """Return the error of the angle where gaps are bridged, by gaps of their length put near each.
 
-    Squares are summed over the gaps; of very many a part tells of all.
+    Squares are summed over the gaps; of very many a part represents all.
     """
     sampled_gaps = range(0, firsts.size, math.ceil(firsts.size / _MAX_GAPS))
     gap_errors = [_trial_errors(sensor, int(firsts[i]), int(lengths[i])) for i in sampled_gaps]

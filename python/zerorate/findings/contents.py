@@ -38,7 +38,7 @@ def _check_imu(imu: Imu) -> Iterator[Finding]:
         if sensor.factor is None:
             yield Finding(
                 SECTION, "unit", "look",
-                f"{sensor.name}: its unit is not known, so no number of it is judged.",
+                f"{sensor.name}: its unit is not known, so none of its values is checked.",
                 figure=sensor.figure, advice="Give the unit with unit= or --unit.",
             )  # fmt: skip
     slow_sensors = [sensor for sensor in imu.sensors if sensor.log.rate < _SLOW_RATE_HZ]

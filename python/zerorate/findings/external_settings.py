@@ -93,7 +93,7 @@ def _is_posed(imu: Imu) -> bool:
 
 
 def settings_findings(imu: Imu, models: LogModels) -> Iterator[Finding]:
-    """Yield the settings of each program that the log tells, as lines of its own files."""
+    """Yield the settings of each program that the log determines, as lines of its own files."""
     longest = max(imu.rests, key=lambda rest: rest.seconds, default=None)
     static_spans = () if longest is None else rest_spans([longest])
     for program, write in _noise_files(imu, models).items():

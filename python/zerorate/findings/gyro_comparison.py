@@ -18,7 +18,7 @@ _MAX_WINDOWS: Final = 90
 _MAX_DELAY_S: Final = 0.5
 """Largest delay that is looked for, s."""
 _JACKKNIFE_PARTS: Final = 12
-"""Parts of equal evidence whose jackknife tells the errors."""
+"""Number of parts of equal evidence for the jackknife of the errors."""
 _MIN_CELLS: Final = 200
 MIN_CORRELATION: Final = 0.95
 """Correlation of what two gyros of one body show."""
@@ -35,7 +35,7 @@ class GyroDifference(NamedTuple):
     """Difference of a second gyro from a first.
 
     The rate of the first at t is that of the second at t + delay, turned by `matrix` and times
-    `scale` along the axes of the first. Sigmas are infinite where turns do not tell.
+    `scale` along the axes of the first. Sigmas are infinite if rotations do not determine them.
     """
 
     correlation: float
@@ -127,7 +127,7 @@ def compare_gyros(first: Sensor, second: Sensor) -> GyroDifference | None:
             break
         delay += step
     difference = _estimate_difference(usable_cells.rates, rates, changes @ linear.T, delay)
-    # Where no delay fits there is none to tell, and the two may be of two bodies.
+    # If no delay fits there is none to report, and the two may be of two bodies.
     return (
         difference if abs(step) < _DELAY_TOLERANCE_S else difference._replace(delay_sigma=math.inf)
     )

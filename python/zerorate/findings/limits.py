@@ -1,4 +1,4 @@
-"""The limits from which a finding is worth a look, or asks to act, each with its source."""
+"""The limits from which a finding is worth a look, or requires action, with their sources."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ class Limit:
     unit : str
         Of both numbers.
     look, act : float
-        From which a finding is worth a look, and from which it asks to act; infinity for never.
+        Bounds above which a finding is worth a look, and above which it requires action; infinity
+        for never.
     source : str
         Who says so; ``"own"`` for a limit that is only this package's.
 
@@ -128,7 +129,7 @@ LIMITS: Final[Mapping[str, Limit]] = {
         _ARMING,
     ),
     "receiver's clock": Limit("offset of the receiver's clock", "s", 0.2, 1.0),
-    "innovations": Limit("innovations over the deviations that fixes tell", "", 2.0, math.inf),
+    "innovations": Limit("innovations over the fixes' own deviations", "", 2.0, math.inf),
     "heading error": _limit_from_act("error of a level heading by hard iron", "deg", 10.0),
     "iron changes": Limit("changes of the magnetometer's hard iron", "", 1, math.inf),
     "disturbed": Limit("share of time in which no hard iron fits", "%", 2.0, math.inf),

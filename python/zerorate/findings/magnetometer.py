@@ -84,7 +84,7 @@ def _check_iron(calibration: MagnetometerCalibration, gyro: Sensor) -> Iterator[
         if group.applied
     ]
     if not errors:
-        text = "The magnetometer's samples turn as the gyro says: no hard iron is to be taken off."
+        text = "The magnetometer's samples turn with the gyro: no hard iron needs to be subtracted."
         yield Finding(SECTION, "heading error", "good", text, figure=gyro.figure)
         return
     worst, group = max(errors)

@@ -1,4 +1,4 @@
-"""IMUs of one body against one another: what turns and rests tell, and the odd one of three."""
+"""IMUs of one body compared by rotations and rests, and the odd one of three."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _MAX_IMUS: Final = 3
 _TURNING_RATE_RAD_S: Final = 0.2
 """Rad/s of a block that turns."""
 _MIN_TURNING_BLOCKS: Final = 20
-"""Blocks that turn, without which turns tell nothing."""
+"""Fewest blocks with rotation for a comparison."""
 _MAX_ROTATION_SIGMA_DEG: Final = 1.0
 """Largest error of a rotation that is reported, deg."""
 _MAX_DELAY_SIGMA_MS: Final = 5.0
@@ -129,19 +129,19 @@ def _describe_turning(one: Imu, other: Imu, difference: GyroDifference) -> Itera
             SECTION, "scales differ", _severity_beyond_error("scales differ", value, error),
             f"{mine.name} shows {scales} of what {its.name} does.",
             value, "%", error, (), mine.figure,
-            "Turn each axis by a known angle to tell which of them is right: `zerorate calibrate`.",
+            "Turn each axis by a known angle to find which of them is right: `zerorate calibrate`.",
         )  # fmt: skip
 
 
 def _severity_beyond_error(kind: str, value: float, sigma: float) -> Severity:
-    """Return the severity of a value that errors may have made: two of them are taken off."""
+    """Return the severity of a value after two standard errors are subtracted."""
     return LIMITS[kind].severity(max(value - 2.0 * sigma, 0.0))
 
 
 def find_outlier_imu(
     usable: Sequence[Imu], findings: Mapping[tuple[str, str], Sequence[Finding]]
 ) -> Iterator[Finding]:
-    """Yield of which of three IMUs each quantity is far from those of the others, which agree."""
+    """For each quantity, yield the one IMU of three that disagrees with the other two."""
     for kind, what in _QUANTITIES.items():
         values = {
             pair: finding

@@ -192,14 +192,14 @@ def _check_innovations(start: Beginning, fixes: Fixes, gyro: Sensor) -> Iterator
         if len(finite) < _MIN_FIXES:
             continue
         ratio, error = _innovation_ratio(finite)
-        expectation = "the deviations that they tell" if sigma is not None else "usual ones"
+        expectation = "their stated deviations" if sigma is not None else "usual ones"
         yield Finding(
             SECTION, "innovations", LIMITS["innovations"].severity(ratio),
             f"Innovations of {what} are {format_with_error(ratio, error)} times as large "
             f"as {expectation} let "
             "expect.",
             ratio, "", error, (), gyro.figure,
-            "Tell the filter larger ones, or let it adapt (`adapt='inflate'`).",
+            "Give the filter larger ones, or let it adapt (`adapt='inflate'`).",
         )  # fmt: skip
 
 

@@ -162,7 +162,7 @@ class Report(Result):
 
     @property
     def summary(self) -> str:
-        """One line: how many findings ask for what."""
+        """One line: the numbers of findings by severity."""
         act, look = self.count("act"), self.count("look")
         if not act and not look:
             return "Nothing in this log passes a limit."
@@ -233,7 +233,7 @@ def findings_of(
     for number, (name, find) in enumerate(SECTIONS.items()):
         if progress is not None:
             progress(name.lower(), number / len(SECTIONS))
-        # Numbers so wild that they overflow pass no limit.
+        # Values so large that they overflow pass no limit.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             report_input.findings.extend(find(report_input))
     return Report(tuple(report_input.findings), recording.source, recording)

@@ -17,7 +17,7 @@ from zerorate.types import Floats
 SECTION: Final = "Rest and bias"
 NOISE_SECTION: Final = "Noise at rest"
 MIN_BIAS_REST_S, MIN_NOISE_REST_S = 4.0, 12.0
-"""Seconds of a rest that tells of the bias, and of the noise."""
+"""Shortest rest for the bias, and for the noise, s."""
 _MAX_HALF_DIFFERENCE_RAD_S: Final = math.radians(0.3)
 _MAX_BIAS_DEG_S: Final = 10.0
 """Largest bias, deg/s, that a gyro is believed to have, as of `zerorate.Attitude`."""

@@ -24,7 +24,7 @@ _OTHER_AXES: Final = (slice(1, 3), slice(0, 3, 2), slice(0, 2))
 _MIN_RATE_HZ: Final = 50.0
 _MIN_EQUAL_RUN: Final = 58
 _MAX_STEP_SAMPLES: Final = 200_000
-"""Samples that tell the step of a sensor."""
+"""Number of samples for the step of a sensor."""
 _SPIKE_WINDOW: Final = 101
 _CHUNK_ROWS: Final = 1 << 18
 
@@ -80,7 +80,7 @@ def _rows_without_number(sensor: Sensor) -> Integers:
     lost = report.missing_count if isinstance(report, ClockReport) else 0
     no_axis = ~known.any(axis=1)
     any_missing = ~known.all(axis=1)
-    # The clock tells how many are lost, not which: what goes beyond came without a number.
+    # The clock shows how many are lost, not which: the others came without a number.
     return np.flatnonzero(
         any_missing if np.count_nonzero(no_axis) > lost else any_missing & ~no_axis
     )
@@ -237,7 +237,7 @@ def _describe_stuck(sensor: Sensor, what: str, first: int, length: int) -> Findi
         f"{sensor.name}, {what}: {length} equal samples one after the other, from "
         f"{spans[0][0]:.2f} to {spans[0][1]:.2f} s.",
         float(length), "", None, spans, sensor.figure,
-        "Leave the span out, and look whether the next log has one.",
+        "Leave the span out, and check if the next log has one.",
     )  # fmt: skip
 
 

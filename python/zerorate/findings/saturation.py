@@ -15,7 +15,7 @@ _MIN_SAMPLES: Final = 100
 _MIN_SPAN_STEPS: Final = 20.0
 """Steps of the numbers that half the span of an axis must have."""
 _MIN_RUN: Final = 3
-"""Samples at the limit next to each other that may tell it alone; fewer must be many."""
+"""Adjacent samples at the limit that may show it alone; shorter runs must be many."""
 _CORNER_STEEPNESS: Final = 2.0
 """How many times steeper than a smooth peak the edges of a plateau are."""
 _PEAK_BIN_RATIO: Final = 4.6
@@ -24,7 +24,7 @@ holds them as √w, and the eight bins beneath (√9 − √1) √w / 8 on avera
 _MAX_CHANCE: Final = 1e-7
 """Largest chance of so many equal samples for a finding: a log has a dozen axes and signs."""
 _TOP_SAMPLES: Final = 1000
-"""Largest samples, which tell the step where the whole tells none."""
+"""Number of the largest samples, which show the step if the whole record does not."""
 _SOFT_BAND_FRACTION: Final = 0.03
 """Part of the largest value in which a limit is that is not flat."""
 _MIN_EXCURSIONS: Final = 5
@@ -37,7 +37,7 @@ _MAX_EXCURSION_S: Final = 0.5
 
 
 class Saturation(NamedTuple):
-    """Rows at a limit, the longest run of them, the value, and whether all are equal there."""
+    """Rows at a limit, the longest run of them, the value, and a flag if all are equal there."""
 
     rows: Integers
     longest: int

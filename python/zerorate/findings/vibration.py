@@ -20,7 +20,7 @@ _MIN_RATE_HZ: Final = 90.0
 _MIN_BLOCKS: Final = 10
 """Fewest blocks in motion for a finding."""
 _MAX_WINDOWS: Final = 400
-"""Windows of a second that tell the spectrum."""
+"""Number of windows of a second for the spectrum."""
 _CHUNK_BLOCKS: Final = 2000
 """Blocks whose vibration is computed at once."""
 _MIN_PEAK_RATIO: Final = 4.0

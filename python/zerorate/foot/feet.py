@@ -85,7 +85,7 @@ class Feet(Result):
     distance : float
         The bound on their distance, m.
     bound_count : int
-        How often they were farther apart, and drawn together.
+        Number of times at which they were farther apart, and were corrected.
 
     Examples
     --------
@@ -355,7 +355,7 @@ def _predict_step(
 
 
 def _apply_bound(x: Floats, p: Floats, distance: float) -> tuple[Floats, Floats, bool]:
-    """Return the state with both feet within their distance, and whether they were not."""
+    """Return the state with both feet within their distance, and True if they were not."""
     separation = x[:2] - x[3:5]
     size = float(np.hypot(*separation))
     if size <= distance:

@@ -67,7 +67,7 @@ class Origin(NamedTuple):
     latitude, longitude : float
         deg.
     heading : float
-        Where x of the track points, rad from north over east.
+        Direction of the track's x, rad from north over east.
     height : float
         m.
 
@@ -108,25 +108,25 @@ class FootTrack(SmoothableTrack, Result):
         Standard deviations of position, velocity, orientation about x, y, z, and of the biases; m,
         m/s, rad, rad/s, m/s^2. Those of position and heading are since the start.
     stances : ndarray of int, shape (s, 2)
-        First sample and past the last of each time at which the foot stands.
+        First sample and past the last of each stance.
     lowest : ndarray of int, shape (s,)
-        The sample of each at which it moves least.
+        Sample of least motion in each stance.
     rests : ndarray of int, shape (r, 2)
-        First sample and past the last of what the gyro's bias was learned from.
+        First sample and past the last of the rests from which the gyro's bias was learned.
     clipped : tuple of ClippedAxis
         Axes at which the gyro was clipped.
     bound : ndarray, shape (n,)
-        The speed bound, m/s, of which stances are the valleys.
+        The speed bound, m/s, whose minima are the stances.
     rejection_count : int
-        Moments of stances that the filter did not believe.
+        Number of nodes of stances that the filter rejected.
     smoothed : bool
-        Whether each sample was seen in the light of the whole recording.
+        True if each sample was smoothed with the whole recording.
     source : str
         Name of the recording.
     notes : tuple of str
         Sentences on what was restored, left out or assumed.
     alarms : tuple of str
-        What contradicts the recording, a sentence each.
+        Contradictions in the recording, a sentence each.
     origin : Origin, optional
         Where the walk starts on the earth.
 
@@ -402,7 +402,7 @@ def _rest_notes(rests: npt.NDArray[np.int64]) -> tuple[str, ...]:
 
 
 def _check_foot(time: Floats, gyro: Floats, outputs: dict[str, Any]) -> tuple[str, ...]:
-    """Refuse what is no foot; say so where nothing tells."""
+    """Refuse a motion that is no foot's; note an undecided one."""
     moving = np.ones(len(time), bool)
     for first, end, _ in outputs["stances"]:
         moving[first:end] = False

@@ -103,7 +103,7 @@ def check_order(name: str, value: SupportsIndex) -> int:
 
 
 def add_moments(model: ArmaModel, z: npt.ArrayLike) -> ArmaModel:
-    """Return the model with mean and deviation of its record where it tells none itself."""
+    """Return the model with mean and standard deviation of its record if it has none."""
     if model.stationary:
         return model
     record = as_record(z)

@@ -59,7 +59,7 @@ def _describe_order(result: Identification) -> Iterator[str]:
     rule = orders.criterion.upper()
     clear, least = model_name(orders.clear), model_name(orders.minimum)
     if result.order_given:
-        yield f"{name} was asked for; the clear choice of {rule} is {clear}."
+        yield f"{name} was requested; the clear choice of {rule} is {clear}."
     elif orders.clear == orders.minimum:
         yield f"{rule} chooses {name}, which has the least of it."
     else:
@@ -94,7 +94,7 @@ def _describe_residuals(result: Identification) -> Iterator[str]:
     else:
         yield (
             f"The residuals are not white: {rest} of their variance could still be predicted; a "
-            f"higher order would pay (the AR models ask for {model_name(result.ar_orders.clear)})."
+            f"higher order would pay (the AR models suggest {model_name(result.ar_orders.clear)})."
         )
 
 

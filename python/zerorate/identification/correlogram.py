@@ -1,4 +1,4 @@
-"""Correlations of a record with itself, and tests of whether it is white."""
+"""Correlations of a record with itself, and tests of whiteness."""
 
 from __future__ import annotations
 

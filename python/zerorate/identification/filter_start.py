@@ -237,7 +237,7 @@ def _require_finite(name: str, value: float) -> float:
     if math.isfinite(value):
         return value
     raise ValueError(
-        f"a model that is not stationary does not tell the {name} of a filter: give it"
+        f"a model that is not stationary does not determine the {name} of a filter: give it"
     )
 
 

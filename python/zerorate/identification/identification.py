@@ -230,7 +230,7 @@ def identify(
     progress: Callable[[str, float], None] | None = None,
     **preparation: Unpack[Preparation],
 ) -> Identification:
-    """Find a drift model of a record at rest, and test whether it holds.
+    """Find a drift model of a record at rest, and test it.
 
     Parameters
     ----------
@@ -358,7 +358,7 @@ def _check_sizes(data: Floats) -> None:
 
 
 _MIN_MEANS: Final = 30
-"""Fewer tell their variance no better than to a quarter."""
+"""Fewest residuals that determine their variance to a quarter."""
 
 
 def compute_slow_ratio(result: Identification) -> float:

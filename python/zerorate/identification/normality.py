@@ -26,7 +26,7 @@ _PROBABILITY_PIECES: Final[tuple[tuple[float, bool, tuple[float, float, float]],
     (0.6, False, (0.9177, -4.279, -1.38)),
     (math.inf, False, (1.2937, -5.709, 0.0186)),
 )
-"""Upper end, whether the exponential is taken from 1, and the polynomial in its exponent."""
+"""Upper end, flag for 1 minus the exponential, and the polynomial in its exponent."""
 
 _MIN_DISTINCT_SHARE: Final = 0.1
 """Different values in a sample's number from which on down a record is coarse."""

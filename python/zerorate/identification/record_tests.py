@@ -1,4 +1,4 @@
-"""Size and shape of a record, and the tests of whether it is stationary and Gaussian."""
+"""Size and shape of a record, and tests for stationarity and a Gaussian distribution."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -84,16 +84,16 @@ _MIN_SEGMENT_SAMPLES: Final = 10
 
 @dataclass(frozen=True, eq=False)
 class RecordTests:
-    """Tests of whether a record is stationary and Gaussian.
+    """Tests of a record for stationarity and a Gaussian distribution.
 
     Attributes
     ----------
     means, variances : ReverseArrangements
-        Whether the segments show a trend.
+        Test of the segments for a trend.
     kpss, adf : Verdict
-        Whether the record is stationary, and whether it has a unit root.
+        Tests for stationarity, and for a unit root.
     jarque_bera, anderson_darling : Verdict
-        Whether it is Gaussian.
+        Tests for a Gaussian distribution.
     segment_means : ndarray, shape (m,)
         In the unit of the record; NaN where all samples are missing.
     segment : float

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 # Digits that forms of at most ten states lose in their characteristic polynomials.
 _ROUNDING = 1e-13
-# An observability matrix worse than this tells no coordinates.
+# An observability matrix worse than this determines no coordinates.
 _MAX_CONDITION = 1e12
 
 

@@ -108,7 +108,7 @@ def choose_columns(
 ) -> ColumnChoice:
     """Return the time column and the data columns of a table.
 
-    ``columns`` is what the caller asked for: names, indices, one of them, or None for one sensor
+    ``columns`` is the caller's request: names, indices, one of them, or None for one sensor
     of each kind, which ``sensor`` may name. Of a table without names that is all but the time, if
     these are three columns or fewer.
     """
@@ -128,7 +128,7 @@ def choose_columns(
 
 
 def check_samples(table: Table, columns: Columns) -> None:
-    """Raise LogError if a column that was asked for holds the time."""
+    """Raise LogError if a requested column holds the time."""
     if columns is None:
         return
     for index in _find_indices(table, columns):
@@ -176,7 +176,7 @@ def _choose_unnamed(
             make_sentence(f"the table has no names, and {why}; ", columns, " reads as a gyro")
         )
     listed = ", ".join(map(table.label, data_columns))
-    return data_columns, (f"the table has no names: {listed} are taken for a gyro",)
+    return data_columns, (f"the table has no names: {listed} are read as a gyro",)
 
 
 def _choose_sensors(

@@ -180,7 +180,7 @@ class Scaling:
     factors
         By kind, ``"gyro"`` or ``"accel"``.
     units
-        By kind, where a device tells them.
+        Units by kind, if a device defines them.
     """
 
     number: float | None = None

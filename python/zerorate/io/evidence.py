@@ -38,7 +38,7 @@ _SCORES: Final = {
     _RISES: "by its values, which rise evenly",
 }
 _FEWEST: Final = 10
-"""Rows from which on values alone tell a clock."""
+"""Fewest rows for a clock by values alone."""
 _GYRO_END: Final = 4000.0
 """Largest rate that a gyro measures, deg/s."""
 _GRAVITY: Final = (1.0, 9.80665)
@@ -97,7 +97,7 @@ def _with_finer(table: Table, names: tuple[str, ...]) -> Table:
     for other in others:
         found = _joined_with(table, stamps.seconds, other)
         if found is not None:
-            note = f"'{names[clocks[0]]}' has whole seconds; column '{names[other]}' tells the rest"
+            note = f"'{names[clocks[0]]}' has whole seconds; column '{names[other]}' has the rest"
             meta = replace(found.meta, notes=(*found.meta.notes, note))
             return replace(found, meta=meta)
     return table
@@ -197,7 +197,7 @@ def _agree(one: Clue, other: Clue, table: Table) -> bool:
 def _even_step(table: Table, index: int) -> float | None:
     """Return the counts from row to row of a column that rises evenly at the rate of a sensor.
 
-    What counts by one is no clock but a counter, unless its name tells a unit.
+    A column that counts by one is no clock but a counter, unless its name has a unit.
     """
     try:
         (column,) = table.load([index])
@@ -238,7 +238,7 @@ def clock_beside(table: Table, time: int) -> UnitHint:
     That is a column named like a time, with its unit in its name, that runs as far in the log.
     """
 
-    def tells(units: Sequence[str]) -> tuple[str, str] | None:
+    def hint(units: Sequence[str]) -> tuple[str, str] | None:
         for index, name in enumerate(table.names or ()):
             unit = find_time_unit(name)
             if index == time or unit is None or not has_time_name(name):
@@ -250,7 +250,7 @@ def clock_beside(table: Table, time: int) -> UnitHint:
                     return one, name
         return None
 
-    return tells
+    return hint
 
 
 def _ratio(table: Table, one: int, other: int) -> float | None:

@@ -259,7 +259,7 @@ class FormatSupport:
     extra : str
         What installs the package that it needs; empty where it needs none.
     is_installed : bool
-        Whether that package is installed.
+        True if that package is installed.
     """
 
     called: str

@@ -215,7 +215,7 @@ def _read_content(source: LogSource, format: FixFormat | None) -> Content:
 
 
 def _find_format(file: Path, format: FixFormat | None) -> Format | None:
-    """Return the format of a text, None for a file that is as its suffix tells."""
+    """Return the format of a text, None for a file of the format of its suffix."""
     if file.is_dir():
         return None
     with file.open("rb") as opened_file:
@@ -242,7 +242,7 @@ def _find_format(file: Path, format: FixFormat | None) -> Format | None:
 
 
 def _choose_table(content: Content, topic: str | None) -> Table:
-    """Return the table of the topic asked for, or the first that has places."""
+    """Return the table of the requested topic, or the first that has positions."""
     if topic is not None:
         return content.choose_table(topic)
     tables = content.tables.values()
@@ -410,10 +410,10 @@ def _is_of_week(name: str) -> bool:
 
 
 def _add_unit(name: str, column: Column) -> str:
-    """Return the name of a time with its unit, where neither it nor its numbers tell that.
+    """Return the name of a time with its unit, if neither it nor its numbers show that.
 
     Fixes come every few milliseconds at most and every minute at least; logs of inertial sensors,
-    for which `to_seconds` judges, are faster.
+    for which `to_seconds` decides, are faster.
     """
     if column.dtype.kind not in "fiu" or len(column) < 2 or find_time_unit(name) is not None:
         return name
@@ -483,7 +483,7 @@ def _make_fixes(table: Table, label: str) -> Fixes:
 
 
 def _velocity(columns: _FixColumns, time: Floats, position: Floats) -> Floats | None:
-    """Return velocities in m/s: those of columns, of whole numbers by what the places tell."""
+    """Return velocities in m/s: those of columns, whole numbers scaled by the positions."""
     found = columns.vector(_VELOCITY)
     if found is None:
         return columns.over_ground()
@@ -495,7 +495,7 @@ def _velocity(columns: _FixColumns, time: Floats, position: Floats) -> Floats | 
     # Places are noisy, velocities are not: the slope of those on these has no bias.
     slope = float(np.nansum(moved * found[1:, :2]) / max(np.nansum(found[1:, :2] ** 2), 1e-9))
     scale = min((1.0, 1e2, 1e3), key=lambda one: abs(np.log(max(slope, 1e-9) * one)))
-    columns.notes.append(f"velocities are read in 1/{scale:g} m/s, as the places tell")
+    columns.notes.append(f"velocities are read in 1/{scale:g} m/s, as the positions show")
     return found / scale
 
 
@@ -539,7 +539,7 @@ def _find_position_sigmas(columns: _FixColumns) -> Floats | None:
     if across is not None:
         up = columns.lengths(_ACCURACY["vertical"])
         wide = np.column_stack([across, across, across * np.nan if up is None else up])
-        columns.notes.append("accuracies are taken for standard deviations")
+        columns.notes.append("accuracies are used as standard deviations")
         return np.where(wide > 0.0, wide, np.nan)
     # Row by row, in east, north and up.
     east, north, up = (
@@ -572,7 +572,7 @@ def _find_sigmas(
     sigmas = np.abs(sigmas)
     zero = sigmas == 0.0
     if zero.any():
-        columns.notes.append("standard deviations of zero are taken for unknown")
+        columns.notes.append("standard deviations of zero count as unknown")
     return np.where(zero, np.nan, sigmas)
 
 

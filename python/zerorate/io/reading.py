@@ -1,4 +1,4 @@
-"""Selections from the tables of a source: gyros, accelerometers, or the columns asked for."""
+"""Selections from the tables of a source: gyros, accelerometers, or requested columns."""
 
 from __future__ import annotations
 
@@ -325,7 +325,7 @@ def select_columns(
     stated_rate = _find_rate(rate, table)
     if choice.time is None and stated_rate is None:
         hint_text = "".join(f"; {note}" for note in table.meta.notes if NOT_TIME in note)
-        lacking = "there are no timestamps to tell the sampling rate; give "
+        lacking = "there are no timestamps for the sampling rate; give "
         raise LogError(
             make_sentence(
                 lacking, keyword_argument("rate"), f" in Hz{hint_text}", *candidates(table)
@@ -521,7 +521,7 @@ def _describe_bursts(grid: Grid) -> Iterator[str]:
             "more samples are missing than there are; if they were stamped as they arrived, in "
             "bursts, ",
             keyword_argument("rate"),
-            " tells so",
+            " says so",
         )
 
 

@@ -242,7 +242,7 @@ class _SensorLog(NamedTuple):
 def _cut_to_span(
     logs: Iterable[_SensorLog], request: _Request, notes: list[str]
 ) -> Iterator[_SensorLog]:
-    """Yield the parts of a source's logs that lie in the span asked for."""
+    """Yield the parts of a source's logs within the requested span."""
     all_logs = list(logs)
     if not all_logs:
         return
@@ -331,7 +331,7 @@ def _read_source(
         for shared in _group_by_clock(table, wanted):
             yield from _read_readable(table, shared, request, source_meta, notes)
         if any(sensor.kind == "reference" for sensor in wanted):
-            notes.extend(table.meta.notes)  # of what others are judged by
+            notes.extend(table.meta.notes)  # of the data that others are compared with
         request = replace(request, columns={})
 
 
@@ -342,7 +342,7 @@ def _choose_tables(content: Content, topic: str | None) -> list[Table]:
 
 
 def _choose_sensors(table: Table, request: _Request, notes: list[str]) -> list[_Sensor]:
-    """Return the sensors of a table: those asked for, and those found by name."""
+    """Return the sensors of a table: requested ones, and those found by name."""
     for columns in request.columns.values():
         check_samples(table, columns)
     stated_columns = {

@@ -17,7 +17,7 @@ _MAX_LISTED: Final = 8
 class Triad(NamedTuple):
     """Columns of one sensor by their indices, in the order x, y, z whatever that of the file.
 
-    ``has_named_axes`` says whether the names tell the axes; there are fewer than three where the
+    ``has_named_axes`` is True if the names show the axes; there are fewer than three where the
     sensor has fewer, and more where names only count.
     """
 
@@ -176,7 +176,7 @@ def describe_others(chosen: Sequence[Triad], others: Sequence[Triad], label: str
 def describe_axes(triad: Triad, names: Sequence[str]) -> Iterator[str]:
     """Yield the sentence on three columns whose order alone makes axes of them."""
     if triad.is_complete and not triad.has_named_axes:
-        yield f"the names {', '.join(names)} tell no axes, so they are x, y, z in this order"
+        yield f"the names {', '.join(names)} show no axes, so they are x, y, z in this order"
 
 
 def _list_stems(triads: Sequence[Triad]) -> str:

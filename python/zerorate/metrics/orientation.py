@@ -23,7 +23,7 @@ class _Rotation(Protocol):
     """A Rotation of scipy."""
 
     def as_quat(self, *, scalar_first: bool) -> Floats:
-        """Return quaternions, w first if so asked."""
+        """Return quaternions, w first if requested."""
 
 
 Orientations: TypeAlias = npt.ArrayLike | _Rotation
@@ -275,7 +275,7 @@ def orientation_error_growth(
 
 
 class _RateIntegration:
-    """Orientations made of rates, the reference, and how many rates were missing so far."""
+    """Orientations from rates, the reference, and the number of missing rates to date."""
 
     def __init__(self, integrated: Floats, reference: Floats, gaps: Integers) -> None:
         self._integrated, self._reference, self._gaps = integrated, reference, gaps

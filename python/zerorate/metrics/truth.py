@@ -1,4 +1,4 @@
-"""Errors against a known truth, and whether a filter's own variance covers them."""
+"""Errors against a known truth, and their coverage by a filter's own variance."""
 
 from __future__ import annotations
 

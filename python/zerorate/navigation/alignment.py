@@ -39,23 +39,23 @@ class Alignment(Result):
     Parameters
     ----------
     time : float
-        When the rest ended, s: the filter begins there.
+        End of the rest, s: the filter begins there.
     quaternion : ndarray, shape (4,)
         Quaternion w, x, y, z from the body's axes to north, east, down.
     latitude : float
         deg.
     heading_known : bool
-        Whether the heading was given; else the attitude has heading zero.
+        True if the heading was given; else the attitude has heading zero.
     course : bool
-        Whether the course may be taken for the heading.
+        True if the course may serve as the heading.
     gyro_bias, accel_bias : ndarray, shape (3,)
         rad/s and m/s^2.
     level_sigma, heading_sigma : float
         Standard deviations of roll and pitch and of the heading, rad.
     gyro_bias_sigma, accel_bias_sigma : float
-        The same of the biases of an axis, rad/s and m/s^2.
+        Standard deviations of the biases of an axis, rad/s and m/s^2.
     notes : tuple of str
-        Sentences on what it is from.
+        Sentences on its origin.
 
     Examples
     --------

@@ -40,7 +40,7 @@ class Axes:
     skew_sigma : float
         Its deviation, rad.
     certain : bool
-        Whether the axes may be used without being asked.
+        True if the axes may be used without a request.
 
     Examples
     --------

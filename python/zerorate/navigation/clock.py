@@ -60,7 +60,7 @@ _SPIKES_FACTOR: Final = 3.0
 """Share of spikes from which on a receiver of centimetres is believed less, by this factor."""
 _SLOW_SPEED_M_S: Final = 3.0
 _SLOW_FACTOR: Final = 1.5
-"""Speed below which positions alone tell less than they seem to, by this factor."""
+"""Speed below which positions alone are less informative than they seem, by this factor."""
 _MIN_HEADING_SIGMA_RAD: Final = math.radians(27.0)
 _SETTLING_S: Final = 20.0
 _MIN_MOVING_FIXES: Final = 10
@@ -103,9 +103,10 @@ def find_time_offset(
     time_offset : float
         Where to search from, s; within 0.6 s. `check_navigation` finds one of any size to tenths.
     **options
-        As of `NavigationFilter`, without ``adapt`` and ``gate``: here a receiver is believed, for
-        what is taken for its noise is not seen as a clock. ``antenna_sigma`` is how far the
-        antenna's place is known before, m: by default 0.05 where ``antenna`` is given, else 1.
+        As of `NavigationFilter`, without ``adapt`` and ``gate``: here the receiver is trusted,
+        since errors that count as its noise would not show a clock. ``antenna_sigma`` is the prior
+        standard deviation of the antenna's position, m: by default 0.05 where ``antenna`` is given,
+        else 1.
 
     Raises
     ------
@@ -193,7 +194,7 @@ class _Prior:
 
 @dataclass(frozen=True, eq=False)
 class _Receiver:
-    """Fixes of a receiver, and what is to be known of them."""
+    """Fixes of a receiver, and their properties."""
 
     gnss: Fixes
     has_velocities: bool

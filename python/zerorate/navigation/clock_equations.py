@@ -108,7 +108,7 @@ class ClockEquations:
         )  # fmt: skip
 
     def solve(self) -> Floats | None:
-        """Return the step that all blocks ask for, shape (6,); None where nothing is known."""
+        """Return the step by all blocks, shape (6,); None where nothing is known."""
         if len(self.right) < _MIN_BLOCKS:
             return None
         return self._in_units(np.asarray(np.linalg.solve(self._prior + self.normal, self._total)))

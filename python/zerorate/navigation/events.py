@@ -12,7 +12,7 @@ from zerorate.types import Floats, Integers
 
 DEFAULT_POSITION_SIGMA_M: Final = 2.0
 DEFAULT_VELOCITY_SIGMA_M_S: Final = 0.1
-"""What is taken for the deviations of a receiver that tells none, m and m/s."""
+"""Assumed standard deviations of a receiver that reports none, m and m/s."""
 
 _POSITION: Final = slice(1, 4)
 _VELOCITY: Final = slice(4, 7)
@@ -21,7 +21,7 @@ _VELOCITY: Final = slice(4, 7)
 def pack_fixes(fixes: Fixes | None) -> Floats:
     """Return fixes as ``NavigationFilter.process_arrays`` takes them, shape (m, 13).
 
-    Where a receiver tells no deviation it is 2 m and 0.1 m/s.
+    If a receiver reports no standard deviations they are 2 m and 0.1 m/s.
     """
     if fixes is None:
         return np.empty((0, 13))

@@ -67,7 +67,7 @@ class Heading:
 def find_heading(
     samples: Samples, fixes: Fixes, start: Alignment, options: Mapping[str, Any]
 ) -> Heading | None:
-    """Return the heading of a body from its start on, None if 60 s do not tell it.
+    """Return the heading of a body from its start on, None if 60 s do not determine it.
 
     Filters that differ in their heading alone run over the same fixes; that under which these are
     the most likely has the right one. In addition to eight round the compass one runs along the

@@ -46,7 +46,7 @@ class Lag:
     slope : float
         Of the one on the other: 1 where units and axes are right.
     certain : bool
-        Whether nothing else fits nearly as well.
+        True if no other lag fits nearly as well.
     """
 
     seconds: float

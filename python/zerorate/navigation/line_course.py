@@ -1,4 +1,4 @@
-"""Velocities and course of a receiver that tells positions alone, by lines through them."""
+"""Velocities and course of a receiver that reports positions alone, by lines through them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _WIDTHS_S: Final = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)
 _MAX_TURN_SIGMA_RAD: Final = 0.35
 _SMOOTHING_STEP_S: Final = 0.02
 MIN_TURNED_RAD: Final = 3.0
-"""Rotation of the course in all, below which it tells no clock."""
+"""Least total rotation of the course for a clock."""
 _MIN_CORRELATION: Final = 0.9
 _SLOPE_FACTOR: Final = 1.25
 _MIN_OVERLAP: Final = 0.9

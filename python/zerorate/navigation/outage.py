@@ -44,7 +44,7 @@ ELLIPSE_SIGMAS: Final = math.sqrt(-2.0 * math.log(0.05))
 """Standard deviations to the edge of an ellipse that holds 95 % of a plane's errors."""
 _DOUBT_S: Final = 10.0
 _MIN_DOUBT_OUTAGES: Final = 3
-"""Outages by which a start in motion is judged: their length, s, and how many at least."""
+"""Outages that test a start in motion: their length, s, and least number."""
 _TIME_TOLERANCE_S: Final = 1e-6
 """Seconds by which times are one: those of fixes add up with rounding."""
 _MAX_END_GAP_SHARE: Final = 0.1
@@ -69,7 +69,7 @@ class OutageErrors:
         Of these fixes: latitude and longitude, deg, height, m.
     errors : dict of str to ndarray, shape (m, 2)
         At each of them, north and east, m: of "position held", "velocity held", "filter" and, if it
-        was asked for, "smoothed".
+        was requested, "smoothed".
     sigma : ndarray, shape (m, 2)
         Standard deviations north and east of the filter there, m.
     end : dict of str to ndarray, shape (n,)
@@ -138,7 +138,7 @@ class Outages(Result):
     Parameters
     ----------
     lengths : tuple of OutageErrors
-        One a length, in the order asked for.
+        Errors of each length, in the given order.
     source : str
         Name of the recording.
     notes : tuple of str
@@ -158,7 +158,7 @@ class Outages(Result):
     notes: tuple[str, ...] = ()
 
     def __getitem__(self, seconds: float) -> OutageErrors:
-        """Return the errors of one length; KeyError if it was not asked for."""
+        """Return the errors of one length; KeyError if it was not requested."""
         for errors in self.lengths:
             if errors.seconds == seconds:
                 return errors
@@ -199,7 +199,7 @@ def outages(
     imu : Recording
         As ``NavigationFilter.process`` takes it, in the axes of the body.
     gnss : Fixes
-        Of the receiver; what is withheld of them counts as true.
+        Fixes of the receiver; withheld ones count as true.
     seconds : float or sequence of float
         Lengths of outages; the filter runs once for each. Default 10, 30 and 60.
     nav : NavigationFilter, optional
@@ -208,19 +208,19 @@ def outages(
     antenna : array_like, shape (3,), optional
         From the sensors to the antenna, body axes, m; set it on `nav` if there is one.
     smooth : bool
-        Whether to smooth as well; its largest error inside an outage is reported.
+        Also smooth; its largest error inside an outage is reported.
     first : float
         Seconds from the fix at which the filter began to the first outage. Default 60.
     between : float
         Seconds from the end of an outage to the next, in which fixes are used. Default 30.
     rest : array_like of bool, shape (n,), optional
-        Where the vehicle is known to stand.
+        Mask of known rest of the vehicle.
     wheel_speed : array_like, shape (n,), or Wheels, optional
-        How fast its wheels roll, m/s, of a filter of a wheeled vehicle.
+        Speed of its wheels, m/s, for a filter of a wheeled vehicle.
     time_offset : float, TimeOffset or "auto"
         Added to the times of the fixes, s. "auto": as sensors and fixes fit best; 0 with a `nav`.
     threads : int, optional
-        How many lengths are run at once. Default: as many as there are cores. The result does not
+        Number of lengths to run at once. Default: one per core. The result does not
         depend on it. Each takes 0.4 kB a sample and, with `smooth`, about 3 kB a step of the
         covariance.
     progress : callable, optional
@@ -238,13 +238,13 @@ def outages(
         If there are no fixes, or the filter did not begin.
     ValueError
         If an argument is out of range, the filter has seen samples, or there is no room for an
-        outage of a length that was asked for.
+        outage of a requested length.
 
     Notes
     -----
-    Where a receiver tells no velocity, the one that is held is of the last two positions. Errors
-    are those of the antenna, interpolated between samples. The fixes have errors too: what is
-    smaller than theirs is not seen.
+    If a receiver reports no velocity, the held one is from the last two positions. Errors
+    are those of the antenna, interpolated between samples. The fixes have errors, too: smaller
+    errors of the filter are not seen.
 
     Examples
     --------
@@ -278,7 +278,7 @@ def outages(
 
 @dataclass(frozen=True)
 class OutagePlan:
-    """Lengths of outages, whether to smooth, seconds before the first and between them."""
+    """Lengths of outages, flag of smoothing, seconds before the first and between them."""
 
     lengths: Sequence[float]
     smooth: bool
@@ -558,7 +558,7 @@ def _held_velocity(gnss: Fixes, before: Integers, notes: list[str]) -> Floats:
         velocity[missing] = np.where(
             passed > 0.0, displacement / np.where(passed > 0.0, passed, 1.0), 0.0
         )
-        notes.append("velocity held: the receiver tells none, it is of the last two positions")
+        notes.append("velocity held: the receiver reports none, it is from the last two positions")
     return velocity
 
 

@@ -26,7 +26,7 @@ def processed(
     time_offset: float | TimeOffset | None,
     keep: bool,
 ) -> Track:
-    """Do what ``NavigationFilter.process`` says; `keep` is whether the track can be smoothed.
+    """Do the work of ``NavigationFilter.process``; `keep` says if the track can be smoothed.
 
     What is `known` is where the vehicle rests, and how fast its wheels roll.
     """

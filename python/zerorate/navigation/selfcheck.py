@@ -52,7 +52,7 @@ class NavigationFinding:
         ``"frozen"``, ``"velocity"``, ``"position"``, ``"clock"``, ``"jump"``, ``"gyro"``,
         ``"force"``, ``"axes"`` or ``"mount"``.
     status : {"mistake", "cannot tell"}
-        Whether something is wrong, or the motion does not show whether it is.
+        A mistake, or a question that the motion does not decide.
     text : str
         A sentence.
     value : float
@@ -87,7 +87,7 @@ class NavigationChecks:
     correlation : float
         Of the rate of the course with that of the gyro about down.
     axes : Axes or None
-        Which way the axes of the sensors look.
+        Axes of the sensors.
     source : str
         Name of the recording.
 
@@ -124,7 +124,7 @@ class NavigationChecks:
 def check_navigation(
     imu: Recording, gnss: Fixes, *, time_offset: float = 0.0, mounted: bool = True
 ) -> NavigationChecks:
-    """Check what sensors and receiver say of each other before a filter believes them.
+    """Check sensors and receiver against each other before a filter uses them.
 
     Parameters
     ----------
@@ -135,12 +135,12 @@ def check_navigation(
     time_offset : float
         Added to the times of the fixes, s.
     mounted : bool
-        Whether the axes are meant to be forward, right, down; else only their handedness counts.
+        True if the axes are meant to be forward, right, down; else only their handedness counts.
 
     Returns
     -------
     NavigationChecks
-        One finding a mistake: what is found is put right before the next step looks.
+        One finding per mistake: each is corrected before the next step.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def check_navigation(
     -----
     Positions are compared with velocities, the rate of the course with the gyro about down, and
     the mean force with accelerations along and across the course. A vehicle that hardly turns or
-    speeds up shows nothing of that: then it says so.
+    speeds up shows none of this: then a finding says so.
 
     Examples
     --------
@@ -243,7 +243,7 @@ def _check_frozen(work: _CheckState) -> _Findings:
             first, last = spans[0]
             yield _mistake(
                 "frozen",
-                f"{named} tells nothing new for {total:.1f} s while the vehicle moves, first from "
+                f"{named} repeats its values for {total:.1f} s while the vehicle moves, first from "
                 f"{first:.1f} to {last:.1f} s",
                 first,
             )
@@ -340,7 +340,7 @@ def _check_clock(work: _CheckState) -> _Findings:
     windows, rotation, lag, turned = work.find_course()
     work.lag = lag
     if len(windows.start) == 0:
-        yield _doubt("clock", "there are too few fixes to tell their clock")
+        yield _doubt("clock", "there are too few fixes to find their clock")
         return
     about = lag.seconds if lag is not None and lag.certain else 0.0
     times, lags = find_piecewise_lags(rotation, windows, about)

@@ -126,25 +126,25 @@ class Track(SmoothableTrack, Result):
         Standard deviations of position, velocity, orientation about north, east and down, and of
         the biases; m, m/s, rad, rad/s, m/s^2.
     status : ndarray of uint8, shape (n,)
-        What the filter was doing: an index of `zerorate.navigation.STATUSES`.
+        Status of the filter: an index of `zerorate.navigation.STATUSES`.
     fixes : ndarray, shape (m, 13)
-        What was given of the receiver: time, position, velocity and their deviations.
+        Fixes of the receiver: time, position, velocity and their standard deviations.
     verdict : ndarray of uint8, shape (m,)
-        What became of each of them: an index of `zerorate.navigation.VERDICTS`.
+        Verdict on each fix: an index of `zerorate.navigation.VERDICTS`.
     taken : ndarray, shape (m,)
-        Time of the sample after which each was taken, s; NaN where it came after the last one.
+        Time of the sample after which each was processed, s; NaN if it came after the last one.
     fix_count : dict of str to int
-        How many fixes were "used", "rejected" and "refused".
+        Numbers of "used", "rejected" and "refused" fixes.
     rejected_count : dict of str to int
-        How many "positions" and "velocities" the gate rejected, counted apart.
+        Numbers of "positions" and "velocities" that the gate rejected.
     smoothed : bool
-        Whether each sample was seen in the light of all fixes.
+        True if each sample was smoothed with all fixes.
     epoch : float, optional
         Unix time at which `time` is zero.
     source : str
         Name of the recording.
     notes : tuple of str
-        Sentences on what was left out or assumed.
+        Sentences on omissions and assumptions.
 
     Examples
     --------
@@ -177,7 +177,7 @@ class Track(SmoothableTrack, Result):
     _steps: NavigationRecord | Steps | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
-        """Return size, fixes and whether it is smoothed."""
+        """Return the size, the number of fixes, and a word if it is smoothed."""
         span = float(np.ptp(self.time)) if self.n else 0.0
         best = ", smoothed" if self.smoothed else ""
         counts = ", ".join(f"{count} {name}" for name, count in self.fix_count.items())
@@ -247,7 +247,7 @@ class Track(SmoothableTrack, Result):
         """Return the normalised innovations squared of each fix, shape (m, 2).
 
         Of position and velocity, 3 on average in a filter that is consistent; also of those that
-        the gate rejected. NaN where a fix was refused, tells no velocity, or began the track.
+        the gate rejected. NaN where a fix was refused, has no velocity, or began the track.
 
         Raises
         ------
@@ -280,7 +280,7 @@ class Track(SmoothableTrack, Result):
         return replace(self, position=position, _nis=None, **self._apply_errors(error, sigma))
 
     def considering(self, antenna_sigma: npt.ArrayLike) -> Track:
-        """Return the track, less sure by what is not known of an antenna that is not estimated.
+        """Return the track with standard deviations that include an unestimated antenna.
 
         Parameters
         ----------
@@ -407,7 +407,7 @@ def _describe_constants(before: NavigationFilter, nav: NavigationFilter) -> Iter
             nav.wheel_constants_sigma * _WHEEL_UNIT_FACTORS,
         )
         yield (
-            f"the wheels roll {scale} % faster than they tell, along an axis {yaw} deg right of "
+            f"the wheels roll {scale} % faster than measured, along an axis {yaw} deg right of "
             f"and {pitch} deg above forward"
         )
 

@@ -71,7 +71,7 @@ def write_geojson(
     name : str, optional
         Of the track; default ``track.source``, else "track".
     force : bool
-        Whether an existing file may be replaced; default no.
+        Allow replacing an existing file; default no.
 
     Raises
     ------

@@ -53,7 +53,7 @@ class Epochs:
     sigma : ndarray, shape (m,)
         Of the horizontal ones, m/s.
     is_reported : bool
-        Whether the receiver tells them; else they are differences of positions.
+        True if the receiver reports them; else they are differences of positions.
     """
 
     time: Floats

@@ -44,7 +44,7 @@ class Axis:
     model : FittedModel or None
         Of the deviation curve; None where nothing can be fitted.
     second : FittedModel or None
-        Of the spectrum; None where that was not asked for or cannot be.
+        Estimate from the spectrum; None if it was not requested or is not possible.
     doubts : tuple of str
         Why there is no model, or what to beware of.
     """
@@ -139,7 +139,7 @@ def characterise_log(
     markov : int
         How many Markov terms to find; default none.
     second_opinion : bool
-        Whether to estimate from the spectrum as well; default yes.
+        Also estimate from the spectrum; default yes.
     progress : callable, optional
         Called with the step's name and the fraction of it that is done.
         By default a bar in a notebook.

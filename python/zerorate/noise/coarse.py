@@ -117,7 +117,7 @@ def find_step(present: Floats) -> float:
 
 
 def _local_deviation(present: Floats, rate: float) -> float:
-    """Return the deviation within short windows, a line taken off."""
+    """Return the standard deviation within short windows, about a line."""
     width = min(max(round(_LOCAL_S * rate), _MIN_LOCAL_SAMPLES), present.size)
     if width < 3:
         return math.inf
@@ -136,7 +136,7 @@ def _looks_white(levels: Floats) -> bool:
     square = float(np.sum(windows**2))
     if square == 0.0:
         return True
-    # The mean of each window is taken off, which alone correlates its samples by so much.
+    # The mean of each window is subtracted, which alone correlates its samples by so much.
     limit = 0.02 + 4.0 / math.sqrt(levels.size) + 1.0 / width
     lags = range(1, min(_LAGS, width - 1) + 1)
     return all(

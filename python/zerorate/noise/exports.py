@@ -46,7 +46,7 @@ class _Setting(NamedTuple):
 
     @property
     def remark(self) -> str:
-        """The unit, and whether the number is a bound only."""
+        """The unit, and a word if the number is a bound only."""
         return f"{self.unit}{self.doubt}"
 
     @property

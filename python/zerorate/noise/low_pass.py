@@ -58,7 +58,7 @@ class LowPass:
     corner : Coefficient
         Frequency at which the density is half, Hz.
     order : float
-        Of the filter; infinite for a moving average.
+        Order of the filter; infinite for a moving average.
 
     Examples
     --------
@@ -628,7 +628,7 @@ def _amplitude(search: _Search, fit: _Fit, counts: Floats, covariance: Floats, i
 
 
 def _average(search: _Search, fits: Sequence[_Fit], counts: Floats) -> Filtered:
-    """Return the mean over all filters that explain a density about as well as the best."""
+    """Return the mean over all filters that explain a density nearly like the best one."""
     least = min(fit.bic for fit in fits)
     near = [fit for fit in fits if fit.bic <= least + _AVERAGED_BIC]
     odds = np.exp([-0.5 * (fit.bic - least) for fit in near])

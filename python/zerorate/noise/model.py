@@ -308,7 +308,7 @@ class NoiseModel(Result):
         return DiscreteSigmas(white.conservative * root * passed, walk.conservative / root)
 
     def __noise_densities__(self, sensor: str) -> tuple[float, float | None]:
-        """Tell a `NavigationFilter` white noise and walk of the bias of an axis of a sensor."""
+        """Return white noise and walk of the bias of a sensor's axis, for a `NavigationFilter`."""
         return densities(self, sensor)
 
     def _coefficients(self) -> Iterator[tuple[Term, Coefficient]]:

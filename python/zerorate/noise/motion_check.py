@@ -25,7 +25,7 @@ variance of a second reaches 4.2. Recordings that turn begin at 10.8, motion by 
 """
 
 MIN_REST_S: Final = 21.0
-"""A shorter record does not tell whether it is one of a sensor at rest."""
+"""Shortest record for a test of rest, s."""
 
 _MIN_WINDOWS: Final = 20
 _MIN_SAMPLES: Final = 10
@@ -205,7 +205,7 @@ def _explain_doubt(means: _SecondMeans, moved: bool, mostly_moved: bool, max_cha
     if mostly_moved:
         return "the other axes of this sensor moved, so it probably did too"
     if means.duration < MIN_REST_S:
-        return f"{to_digits(means.duration)} s are too short to tell noise from motion"
+        return f"{to_digits(means.duration)} s are too short to distinguish noise from motion"
     return ""
 
 

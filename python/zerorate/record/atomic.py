@@ -213,7 +213,7 @@ def _is_leftover(name: str, digests: set[str]) -> bool:
 
 def _is_running_elsewhere(process: int) -> bool:
     """Return True if there is such a process, and it is not this one."""
-    # There no signal can ask, and a file that is open cannot be removed anyway.
+    # There no signal arrives, and a file that is open cannot be removed anyway.
     if os.name != "posix" or process in (0, os.getpid()):
         return False
     try:

@@ -12,7 +12,7 @@ _SECTION_HEAD: Final = re.compile(rf"\n\n({'|'.join(_SECTIONS)})\n-+\n")
 _PATH_DOC: Final = """path : str or path, optional
     A file to write as well{}. Default: none."""
 _FORCE_DOC: Final = """force : bool
-    Whether to replace an existing file{}; default no."""
+    Replace an existing file{}; default no."""
 _FAULT_DOC: Final = """OSError
     If the file exists (without `force`) or cannot be written. Nothing is left half-written."""
 _SOURCE_DOC: Final = """source : str or path

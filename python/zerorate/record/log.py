@@ -155,7 +155,7 @@ class Log:
     def __array__(
         self, dtype: npt.DTypeLike | None = None, copy: bool | None = None
     ) -> npt.NDArray[Any]:
-        """Return `data` for ``numpy.asarray``, shape (n, k): itself, unless a copy is asked for."""
+        """Return `data` for ``numpy.asarray``, shape (n, k): itself, unless a copy is requested."""
         return np.array(self.data, dtype=dtype, copy=copy)
 
     def __repr__(self) -> str:

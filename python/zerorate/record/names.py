@@ -1,4 +1,4 @@
-"""Names of columns: the units in them, and the sensors that they tell of."""
+"""Names of columns: their units and their sensors."""
 
 from __future__ import annotations
 
@@ -221,7 +221,7 @@ def looks_like_sensor(name: str) -> bool:
 
 
 def _kind_of_imu(stem: str, unit: str | None) -> str | None:
-    """Return the kind of an inertial sensor; of an axis without one the unit tells it."""
+    """Return the kind of an inertial sensor, by the unit if an axis has no sensor's name."""
     kind = parse_name(stem).kind
     return KIND_OF_UNIT.get(unit or "") if kind == "" else kind
 

@@ -104,7 +104,7 @@ class Recording(Mapping[str, Log]):
 
     @property
     def fixes(self) -> Fixes | None:
-        """Fixes of the receiver in the source, None without one; read when first asked for.
+        """Fixes of the receiver in the source, None without one; read at first access.
 
         They are those of `zerorate.read_fixes`, of the whole source. LogError if the source has
         places that are no fixes, OSError if it can no longer be read.

@@ -63,7 +63,7 @@ class Samples:
         gyro, accel : str
             Names of the sensors; the accelerometer is by default that of the gyro, or the only one.
         mag : bool
-            Whether to take a magnetometer, if there is one.
+            Use a magnetometer, if there is one.
         what : str
             What needs the sensors, for messages.
 

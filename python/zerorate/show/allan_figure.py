@@ -321,7 +321,7 @@ def _line_style(term: DrawnTerm) -> Style:
 def _write_letter(axes: Axes, term: DrawnTerm, taus: Floats, window: _Window) -> None:
     """Write the letter of a term at its mark, or else where its line is highest inside.
 
-    For those who cannot tell the colours apart.
+    For readers who cannot distinguish the colours.
     """
     from matplotlib.patheffects import withStroke
 

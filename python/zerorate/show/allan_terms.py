@@ -61,9 +61,9 @@ class DrawnTerm:
     height : float
         Deviation of the mark.
     inside : bool
-        Whether the curve reaches so far.
+        True if the curve reaches that time.
     identifiable : bool
-        Whether the record determines the coefficient.
+        True if the record determines the coefficient.
     text : str
         Symbol, value with standard error or bound, and unit.
     """

@@ -41,7 +41,7 @@ def format_array(replay: ArrayReplay) -> str:
     ]
     if replay.log.sensors > 1:
         table_rows += [(name, *empty, *_format_numbers(values)) for name, values in totals]
-    # The deviations are what was asked for.
+    # The deviations are the requested result.
     spare = tuple(range(1, len(head)))
     columns = (*head, *_axis_heads(axes))
     table = Table(
@@ -150,7 +150,7 @@ def format_accelerometers(replay: ArrayReplay) -> str:
     ]  # fmt: skip
     note = (
         "used and so on: % of the samples. left: RMS difference of the sensor from the array, "
-        "lever arms taken off if they are known. x, y, z: Allan deviation at rest and "
+        "lever arms corrected if they are known. x, y, z: Allan deviation at rest and "
         f"{format_significant(float(allan.taus[at]))} s, {fused.unit}."
     )
     spare = tuple(range(1, len(head)))

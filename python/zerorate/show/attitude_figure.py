@@ -272,7 +272,7 @@ def signed_errors(quaternions: Floats, reference: Floats, *, relative: bool = Fa
     heading = 2.0 * np.arctan2(z, w)
     vertical = np.hypot(w, z)
     tilt = 2.0 * np.arctan2(np.hypot(x, y), vertical)
-    # The level axis, once the turn about the vertical is taken off.
+    # The level axis, without the rotation about the vertical.
     level = np.stack((w * x - y * z, w * y + x * z), axis=1)
     size = np.linalg.norm(level, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -302,14 +302,14 @@ def _draw_scale(panel: Axes, course: _Course) -> None:
 
 
 def _draw_misalignment(panel: Axes, course: _Course) -> None:
-    """Draw the elements that the end tells from zero: all six would lie over one another."""
+    """Draw the elements that are significant at the end: all six would overlap."""
     _draw_elements(panel, course, _CROSS_ELEMENTS, _significant_elements(course.estimate))
     write_head(panel, "of its axes [%]")
     write_names(panel, 7)
 
 
 def _significant_elements(estimate: AttitudeEstimate) -> _Elements:
-    """Return the elements off the diagonal that the end tells from zero."""
+    """Return the elements off the diagonal that are significant at the end."""
     sizes = np.abs(estimate.gyro_matrix) / estimate.gyro_matrix_sigma
     return tuple(at for at in _CROSS_ELEMENTS if sizes[at] > BAND_SIGMAS)
 

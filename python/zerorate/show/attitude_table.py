@@ -61,7 +61,7 @@ def _format_parts(estimate: AttitudeEstimate) -> Iterator[str]:
 
 
 def _make_angles_table(estimate: AttitudeEstimate) -> Table:
-    # Before the mean force of the first second nothing is known of any angle.
+    # Before the mean force of the first second no angle is known.
     first_row = min(round(_SETTLED_AFTER_S * estimate.rate), estimate.n - 1)
     first, last = np.degrees(estimate.euler[[first_row, -1]])
     ends = [(f"{a:.2f}", f"{b:.2f}") for a, b in zip(first, last, strict=True)]

@@ -93,7 +93,7 @@ def _draw(panel: Axes, replay: Summary, axis: int, length: float, colour: str, n
 
 
 def _fit_scale(panel: Axes, replays: Mapping[str, Summary], axis: int) -> None:
-    """Give a panel the scale of what is known of a bias, not of what its start did not know."""
+    """Set a panel's scale by the converged bias, not by its uncertain start."""
     histories = [
         history.history for history in replays.values() if axis < len(history.header.names)
     ]

@@ -41,7 +41,7 @@ def plot_calibration(
 
     The raw log of the accelerometer with its rests; poses on the sphere, and where there are none;
     norm and carry error, rest by rest and turn by turn, before and after; scale error and
-    misalignment with their errors; and how much the record tells of each parameter.
+    misalignment with their errors; and the information of the record on each parameter.
 
     `recording`: what it was found from: shown above all else, with the rests. `everything`: also
     the raw log of the gyro.

@@ -1,4 +1,4 @@
-"""A calibration as plain text: whether it is valid, every number with its error, and advice."""
+"""A calibration as plain text: its verdict, every number with its error, and advice."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def describe_verdict(calibration: Calibration) -> str:
 def format_calibration(calibration: Calibration) -> str:
     """Return the tables of a calibration, at most `WIDTH` columns wide.
 
-    First whether it is valid, then what is wrong before any number, each sensor, the rotation
+    First the verdict, then problems before any number, each sensor, the rotation
     between them, errors before and after, rests and turns, advice.
     """
     return "\n\n".join(filter(None, _format_parts(calibration)))

@@ -30,7 +30,7 @@ class Measure:
     ideal : float
         The value of a perfect filter; the worst axis is that farthest from it.
     of_one : bool
-        Whether it can be compared only within one recording, so that it stands in tables of one
+        True if it can be compared only within one recording, so that it is in tables of one
         axis only.
     """
 
@@ -163,7 +163,7 @@ _ACAUSAL_NOTE: Final = (
     "rest after it"
 )
 _CONTAMINATION_NOTE: Final = (
-    "fed with the contaminated record and judged by the clean one; /clean: error over that of the "
+    "fed with the contaminated record and scored on the clean one; /clean: error over that of the "
     "same method fed with the clean record"
 )
 
@@ -186,7 +186,7 @@ _LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
     ),
     "orientation": (
         "mean angle between gyro and reference after so many seconds of integration; first rest: "
-        "the mean of the first ten seconds is taken for the bias",
+        "the mean of the first ten seconds is the bias",
     ),
     "attitude": (
         "RMS angles between filter and reference while that turns; nine axes: with magnetometer; "
@@ -201,7 +201,7 @@ def format_compare(comparisons: Sequence[Comparison], per_axis: bool = False) ->
 
     A dash stands where a number means nothing.
 
-    `per_axis`: whether every axis has tables of its own; by default each number is the mean over
+    `per_axis`: give every axis tables of its own; by default each number is the mean over
     all axes of all recordings of the kind, with that of the worst axis next to it.
     """
     return "\n\n".join(
@@ -210,7 +210,7 @@ def format_compare(comparisons: Sequence[Comparison], per_axis: bool = False) ->
 
 
 def leading_section(comparison: Comparison) -> Section:
-    """Return the measures by which recordings of this kind are judged first."""
+    """Return the measures that come first for recordings of this kind."""
     section = _SECTIONS[comparison.kind][0]
     return (
         section

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from zerorate.noise.result import AllanResult
 
 _CURVE_STYLES: Final = [(colour, way) for way in ("-", "--", ":") for colour in AXIS_COLOURS]
-"""Of curves one after the other: three colours that all can tell apart, then other strokes."""
+"""Colours of successive curves: three that all can distinguish, then other strokes."""
 # Millimetres.
 _WIDTH, _HEIGHT, _LEFT, _BELOW, _ABOVE = 100.0, 70.0, 16.0, 10.0, 8.0
 _UNITS: Final = {"angular rate": "rad/s", "acceleration": "m/s²", "unknown": "unit"}

@@ -32,7 +32,7 @@ _BAR_MM: Final = (106.0, 15.0, 3.5, 52.0)
 def plot_dynamic(result: DynamicAllan) -> Figure:
     """Return the map of a dynamic deviation: time across, averaging time up, size as colour.
 
-    Colours of equal steps to the eye that colour-blind readers can tell apart, on a logarithmic
+    Colours of equal steps to the eye that colour-blind readers can distinguish, on a logarithmic
     scale.
 
     `result`: missing values are grey.

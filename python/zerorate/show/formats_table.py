@@ -1,4 +1,4 @@
-"""Formats that are read, and what a file is taken for, as plain text."""
+"""Formats that are read, and the explanation of a file, as plain text."""
 
 from __future__ import annotations
 

@@ -119,7 +119,7 @@ def _add_panel(
 
 
 def _describe_model(identification: Identification) -> str:
-    """Return the model, and whether it leaves white residuals."""
+    """Return the model, and True if it leaves white residuals."""
     p = identification.whiteness.ljung_box.p_value
     verdict = "what it leaves may be white" if p > _SIGNIFICANCE else "what it leaves is not white"
     name = model_name(identification.model.order)

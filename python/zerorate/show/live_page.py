@@ -65,7 +65,7 @@ class LivePage:
         return self
 
     def __exit__(self, *fault: object) -> None:
-        """Tell all pages that it is over."""
+        """Notify all pages of the end."""
         self._send(None)
         deadline = monotonic() + _CLOSING_TIME_S
         while self._pages and monotonic() < deadline:
@@ -88,7 +88,7 @@ class LivePage:
         try:
             yield from map(_encode_event, past)
             while (text := _next_text(waiting)) is not None:
-                # A comment shows whether the page is still there.
+                # A comment shows if the page is still there.
                 yield _encode_event(text) if text else b": \n\n"
             yield b"event: end\ndata: \n\n"
         finally:

@@ -101,7 +101,7 @@ def plot_track(
 
     `outages`: of ``zerorate.navigation.outages``: the longest are marked, with what the filter did
     in them. `nis`: what `Track.nis` returned; where everything is shown of a track that is not
-    smoothed, it is asked. `everything`: also the normalised innovations squared.
+    smoothed, it is called. `everything`: also the normalised innovations squared.
     """
     longest = None if outages is None else max(outages.lengths, key=lambda one: one.seconds)
     panels: list[Callable[[Axes, Track, Floats], None]] = [

@@ -45,7 +45,7 @@ def format_track(track: Track, *, nis: Floats | None = None) -> str:
 
 
 def format_navigation(navigation: Navigation) -> str:
-    """Return the errors that were asked for, the tables of the track, and its start."""
+    """Return the requested errors, the tables of the track, and its start."""
     errors = navigation.errors()
     parts = [] if errors is None else [format_errors(*errors)]
     if navigation.outages is not None:

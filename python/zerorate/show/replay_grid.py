@@ -58,7 +58,7 @@ _HEIGHT_RATIOS: Final = {
     True: (1.0, 1.0, _LOW_PANEL_RATIO, _LOW_PANEL_RATIO, 1.0),
     False: (1.0, _LOW_PANEL_RATIO, _LOW_PANEL_RATIO, 1.0, 1.0),
 }
-"""Of the rows, by whether the filter tunes itself."""
+"""Heights of the rows, for a filter that tunes itself or not."""
 
 _GREY_NOTES: Final = {
     "estimate": (

@@ -249,7 +249,7 @@ def _enclosing_limits(*series: Floats) -> tuple[float, float]:
 
 
 def drop_outliers(values: Floats) -> Floats:
-    """Return the values without those so far from the others that these would be one line."""
+    """Return the values without outliers that would flatten the others to a line."""
     finite = values[np.isfinite(values)]
     if finite.size == 0:
         return finite

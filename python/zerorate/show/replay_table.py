@@ -208,7 +208,7 @@ def _format_number(value: float, spec: str) -> str:
 
 
 def _describe_noise(replay: Summary) -> str:
-    """Say that what is steady is the estimate: nobody shall take that for a quieter log."""
+    """Return a note that the steady curve is the estimate, and not a quieter log."""
     raw = [score.deviation for score in replay.scores if score.method == "raw"]
     ratios = [
         (split_unit(name)[0], after / before)

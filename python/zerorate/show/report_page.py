@@ -37,9 +37,9 @@ if TYPE_CHECKING:
 
 _CODE_PATTERN: Final = re.compile("`([^`]*)`")
 _MAX_REPEATED: Final = 2
-"""Findings of one kind that are good, beyond which they are folded into one line."""
+"""Largest number of good findings of one kind that are not merged into one line."""
 _NOTE_SECTIONS: Final = (ENTER, RECORD)
-"""Sections whose lines are judged by no limit."""
+"""Sections whose lines have no limit."""
 _UNGROUPED_KINDS: Final = ("reading", "not identifiable")
 """Kinds whose sentences say different things."""
 _MAX_FINDINGS: Final = 12
@@ -130,7 +130,7 @@ def _section_anchor(name: str) -> str:
 
 
 def _list_findings(findings: tuple[Finding, ...]) -> str:
-    """Return findings as a list, those of one kind and severity folded where they are many."""
+    """Return findings as a list, those of one kind and severity merged where they are many."""
     groups: dict[object, list[Finding]] = {}
     for index, finding in enumerate(findings):
         is_grouped = finding.kind not in _UNGROUPED_KINDS

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 Corner = Literal["upper right", "lower left"]
 
-# Of Okabe and Ito, which colour-blind readers can tell apart.
+# Of Okabe and Ito, which colour-blind readers can distinguish.
 BLACK: Final = "#000000"
 ORANGE: Final = "#E69F00"
 SKY: Final = "#56B4E9"
@@ -54,7 +54,7 @@ _TEXT_COLOURS: Final = {
 }
 
 AXIS_COLOURS: Final = (BLUE, VERMILION, GREEN)
-"""Of x, y and z, in whatever figure: a reader without red or green tells them apart."""
+"""Colours of x, y and z in all figures: a reader without red or green distinguishes them."""
 
 AR_COLOURS: Final = (BLUE, SKY, GREEN)
 MA_COLOURS: Final = (VERMILION, ORANGE, PURPLE)

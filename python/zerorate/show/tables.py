@@ -49,7 +49,7 @@ class Table:
     legend : mapping of int to str
         What columns mean, said under the note where they are shown.
     blocks : bool
-        Whether columns that do not fit stand under the others, in the place of being left out.
+        Put columns that do not fit below the others, instead of leaving them out.
     """
 
     title: str

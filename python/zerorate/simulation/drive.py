@@ -403,7 +403,7 @@ def _make_fixes(
     random: np.random.Generator,
     offset: TimeOffset,
 ) -> Fixes:
-    """Return the fixes at some moments, with the times that the receiver tells of them."""
+    """Return the fixes at some moments, with the times that the receiver reports."""
     attitude = way.attitude[moments]
     # The rate against the earth, which carries the antenna.
     spin = rates - rotate(inverse(way.attitude), earth_rate(way.position[:, 0]))

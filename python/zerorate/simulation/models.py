@@ -195,7 +195,7 @@ class GyroModel:
     turn_on_bias : float
         Standard deviation of the constant bias, deg/s. No filter is given it.
     transient : bool
-        Whether the drift dies away: such a model is reported apart.
+        True if the drift dies away: such a model is reported separately.
 
     Raises
     ------

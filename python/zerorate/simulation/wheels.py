@@ -145,7 +145,7 @@ def wheel_ticks(
 
 
 def _rolling_speed(drive: SimulatedDrive, scale: float, axle: npt.ArrayLike, yaw: float) -> Floats:
-    """Return the speed that wheels without noise tell at each sample, m/s."""
+    """Return the speed of wheels without noise at each sample, m/s."""
     if not abs(scale) <= 0.5:
         raise ArgumentError("scale", f"must be within 0.5, got {scale}")
     velocity = rotate(inverse(drive.truth_quaternion), drive.truth_velocity)

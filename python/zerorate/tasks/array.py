@@ -106,7 +106,7 @@ class ArrayReplay(Result):
     params : mapping
         Further arguments that make the array again.
     rate : ndarray, shape (n, 3) or (n,)
-        The rate of the body, its bias taken off; NaN where no sensor is left.
+        The rate of the body, without its bias; NaN where no sensor is left.
     weights : ndarray, shape (n, N)
         Share of each sensor in the rate, the mean over the axes; 0 where it was not used.
     fate : ndarray of int8, shape (n, N)
@@ -130,7 +130,7 @@ class ArrayReplay(Result):
     rotation_set : Rotations or None
         The rotations with their errors, where they were found or read.
     rotations_found : bool
-        Whether rotations were found: they are saved as well.
+        True if rotations were found: they are saved, too.
     remarks : tuple of str
         Sentences on how the sensors stand to each other.
     alarms : tuple of str

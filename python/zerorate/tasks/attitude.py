@@ -219,7 +219,7 @@ def _find_declination(
     if declination:
         message = (
             keyword_argument("at"),
-            " tells the declination: give it, or ",
+            " determines the declination: give it, or ",
             keyword_argument("declination"),
         )
         raise ValueError(make_sentence(*message))

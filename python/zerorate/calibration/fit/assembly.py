@@ -118,7 +118,7 @@ def assemble_calibration(
 
 
 def _g_notes(solution: Solution) -> list[str]:
-    return ["what gravity does to the gyro was taken off in the turns"] if solution.in_turns else []
+    return ["g-sensitivity of the gyro was subtracted in the turns"] if solution.in_turns else []
 
 
 def _rms(errors: Floats) -> float:

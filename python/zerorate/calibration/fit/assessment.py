@@ -37,7 +37,7 @@ _MIN_TURN_RAD: Final = 10 * _DEG
 
 _MAX_MOVING_SHARE: Final = 1 / 3
 """Of the rests. Motion in a few of them is an error of each; one that most have in common, as by a
-table that gives way, is taken for an error of the sensors."""
+table that gives way, looks like an error of the sensors."""
 
 _MIN_REST_S: Final = 3.0
 """s, below which longer rests are advised."""
@@ -94,7 +94,7 @@ def find_problems(
     fit
         What was found.
     known_units
-        Whether the unit of the accelerometer and that of the gyro are known.
+        True for a known unit, of the accelerometer and of the gyro.
     identifiable
         Of the names of all parameters, shape (33,).
     rests, turns

@@ -16,7 +16,7 @@ MAX_MISS_SHARE: Final = 0.03
 """Miss of carried gravity, parts of the angle turned, likewise."""
 
 MAX_POSE_SIGMA: Final = 5e-3
-"""Standard error of |f|/g in a pose beyond which that pose is asked for."""
+"""Standard error of |f|/g in a pose beyond which that pose is requested."""
 
 MAX_TURN_SIGMA_RAD: Final = 10e-3
 """Standard error of a turn by a right angle, rad, likewise."""

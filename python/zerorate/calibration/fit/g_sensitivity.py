@@ -33,7 +33,7 @@ class RestEstimate:
     spread
         Standard deviation of the bias about its mean over the record, shape (3,).
     identifiable
-        Whether the record determines each element of G, shape (3, 3).
+        Mask of the elements of G that the record determines, shape (3, 3).
     sigmas
         Standard errors of G, those of the prior where nothing is known, shape (3, 3).
     """
@@ -87,12 +87,12 @@ def estimate_at_rest(
     size
         Unit of the gyro per rad/s.
     with_g
-        Whether G is estimated; else it is zero.
+        True if G is estimated; else it is zero.
 
     Notes
     -----
     Generalised least squares of ``mean = b + G u + random walk + white noise``. The strength of the
-    walk is integrated over its restricted likelihood: ten rests tell it hardly within a decade.
+    walk is integrated over its restricted likelihood: ten rests hardly determine it to a decade.
     """
     walk = _centred_walk_covariance(times)
     # A constant has no noise, and would have no bounds.

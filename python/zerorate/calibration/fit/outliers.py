@@ -1,4 +1,4 @@
-"""Wild samples: far from all others round them, while the sensor is still."""
+"""Outliers: samples far from all others around them, while the sensor is still."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _find_axis_outliers(axis: Floats, step: float) -> Integers:
         -1, width - 1
     )
     neighbours.sort(axis=1)
-    # Without the ends, of which one may be wild as well.
+    # Without the ends, one of which may be an outlier, too.
     spread = neighbours[:, -2] - neighbours[:, 1]
     distance = np.abs(axis[candidates] - neighbours[:, _NEIGHBOURS])
     is_outlier = (spread <= _MAX_STILL_SPREADS * noise) & (

@@ -84,7 +84,7 @@ class Stillness:
     step
         By kind of sensor: step between neighbouring values of each axis, shape (3,).
     longest
-        Longest still stretch, s, whether or not it is long enough for a rest.
+        Longest still stretch, s, also if it is too short for a rest.
     """
 
     floor: dict[str, Floats]
@@ -109,7 +109,7 @@ class Stillness:
 
 def _measure_windows(sensor: Sensor) -> _Windows:
     block = max(1, round(_BLOCK_S * sensor.rate))
-    # Fewer than four samples tell no variance.
+    # Fewer than four samples give no variance.
     blocks = max(round(_WINDOW_S * sensor.rate / block), -(-4 // block))
     count = sensor.n // block
     if count < blocks:

@@ -52,7 +52,7 @@ class Sensor:
     factor
         What raw samples were multiplied by; 1 if the unit is unknown.
     known
-        Whether the unit is.
+        True if the unit is.
     outliers
         Samples that are missing because they stood alone in a rest, and what they were, raw unit.
     """
@@ -253,7 +253,7 @@ def _find_log(kind: Kind, name: str | None, recording: Recording) -> Log:
         if len(recording) == 1 and recording[listed].channels > 3:
             message += (
                 f" of {recording[listed].channels} columns; a first line of names such as "
-                "time_s,gx,gy,gz,ax,ay,az tells sensors apart"
+                "time_s,gx,gy,gz,ax,ay,az distinguishes the sensors"
             )
         raise LogError(message)
     raise LogError(

@@ -124,7 +124,7 @@ class Record:
         )
 
     def biases(self, up: Floats, sensitivity: Floats) -> Floats:
-        """Return the gyro's bias in each turn, what G does at the rests taken off."""
+        """Return the gyro's bias in each turn, without the effect of G at the rests."""
         return turn_biases(self.turns, self.rests, self.gyro_means - up @ sensitivity.T)
 
     def rates(self, sensors: Sensors) -> Floats:
@@ -164,9 +164,9 @@ class Solution:
     rest
         Bias of the gyro and G.
     in_turns, with_g
-        Whether G was taken off in the turns, and whether it was estimated at all.
+        True if G was subtracted in the rotations, and if it was estimated at all.
     identifiable
-        Whether the record determines each of the 18 parameters of the fit.
+        Mask of the 18 parameters of the fit that the record determines.
     """
 
     fit: Fit

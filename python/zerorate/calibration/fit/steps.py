@@ -278,7 +278,7 @@ def _is_permuted(record: Record, prior: Prior) -> bool:
 
 
 def _check_enough(case: Case, choices: Choices) -> None:
-    """Refuse a record of too few rests or turns, with what it tells all the same."""
+    """Refuse a record of too few rests or turns, with its incomplete result."""
     record = case.record
     if len(record.rests) >= _MIN_RESTS and len(record.turns) >= _MIN_TURNS:
         return

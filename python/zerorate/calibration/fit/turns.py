@@ -21,7 +21,7 @@ SATURATED: Final = "saturated"
 MAX_TURN_S: Final = 30.0
 _MIN_HITS: Final = 10
 _MAX_WEIGHED_S: Final = 10.0
-"""Rest, s, beyond which the mean rate of a longer one tells the bias of a turn no better."""
+"""Rest, s, beyond which a longer one does not improve the bias of a turn."""
 
 _MOTION_WEIGHT: Final = 1e-3
 
@@ -126,7 +126,7 @@ def integrate_turns(
     Parameters
     ----------
     rates
-        Shape (n, 3); what depends on gravity taken off.
+        Shape (n, 3); without the part that depends on gravity.
     period
         Seconds from sample to sample.
     spans

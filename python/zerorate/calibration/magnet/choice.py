@@ -45,9 +45,9 @@ class IronChoice:
     spans : list of Span
         All of the record.
     iron : ndarray, shape (g, 3)
-        Of each group as found; what is not known of it is zero.
+        Hard iron of each group as found; unknown components are zero.
     applied : ndarray of bool, shape (g,)
-        Whether it is taken off.
+        True if it is subtracted.
     elements, soft
         Of D - 1 as applied, zero where none are, and which were fitted.
     rotation, rotation_sigma : ndarray, shape (3,)

@@ -250,5 +250,5 @@ def _advice(
             change = float(np.linalg.norm(irons[1] - irons[0]))
             yield (
                 f"the field changed at {after.start:.0f} s by {change:.3g} {unit} in the sensor: "
-                "something was attached or taken off"
+                "something was attached or removed"
             )

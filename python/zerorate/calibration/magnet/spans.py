@@ -28,7 +28,7 @@ class Span:
     start, stop
         Seconds since the first sample.
     kind
-        "informative", "still" (too little turning to tell the iron) or "disturbed".
+        "informative", "still" (too little rotation for the iron) or "disturbed".
     group
         Which of the hard irons is its own.
     """

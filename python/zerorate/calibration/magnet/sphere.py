@@ -34,7 +34,7 @@ class Sphere:
     raw, left
         RMS of the samples' size about its mean, as they are and about the centre.
     covered
-        Whether the samples point everywhere.
+        True if the samples point everywhere.
     norm
         Median size of the samples, in their unit.
     """

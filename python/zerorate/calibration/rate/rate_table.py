@@ -280,7 +280,7 @@ def _standard_errors(
     sigma: npt.ArrayLike | None,
     count: npt.ArrayLike | None,
 ) -> tuple[Floats, bool]:
-    """Return standard errors of the means, shape (m, k), and whether their size is known."""
+    """Return standard errors of the means, shape (m, k), and True if their size is known."""
     deviation = _parse_positive("sigma", 1.0 if sigma is None else sigma, shape, given_shape)
     samples = _parse_positive("count", 1.0 if count is None else count, shape, given_shape)
     return deviation / np.sqrt(samples), sigma is not None
@@ -333,11 +333,11 @@ def _fit_axis(table: _Table, others: Booleans, sigma_known: bool) -> RateTableAx
     largest = float(np.abs(table.own).max())
     if not np.ptp(table.own) > 0.0:
         raise ArgumentError(
-            "rates", "must differ about each axis: one alone tells no scale from bias"
+            "rates", "must differ about each axis: one rate cannot separate scale and bias"
         )
     if _fit_terms(table, (), largest) is None:
         raise ValueError(
-            f"{len(table.means)} means cannot tell the {2 + table.cross.shape[1]} coefficients of "
+            f"{len(table.means)} means cannot give the {2 + table.cross.shape[1]} coefficients of "
             "a line and their errors"
         )
     terms = _choose_terms(table, largest)
@@ -442,7 +442,7 @@ def _has_significant_terms(table: _Table, terms: Sequence[Term], largest: float)
 def _held_out_errors(table: _Table, terms: Sequence[Term], largest: float) -> Floats | None:
     """Return the mean square of the errors, in sigmas, of each size of rate left out.
 
-    Without those at which this axis rests: no term tells there.
+    Without those at which this axis rests: there no term shows.
     """
     squares = []
     sizes = _group_by_size(table)

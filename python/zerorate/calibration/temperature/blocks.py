@@ -117,7 +117,7 @@ def find_still_samples(rates: Floats, rate: float) -> Booleans:
 
     Those of windows of half a second in which no axis varies about a straight line with five times
     the variance that it has at rest, nor in a neighbouring window. A constant turn is as quiet as a
-    rest, and taken for one.
+    rest, and counts as one.
     """
     n, size = len(rates), max(round(_WINDOW_S * rate), 8)
     count = n // size

@@ -19,7 +19,7 @@ MIN_SPANS_K: Final = (1.0, 8.0, 15.0)
 """Kelvins from which a record may determine a straight line, a parabola, a cubic."""
 
 _NEIGHBOURS: Final = 6
-"""Blocks before and after one that tell whether the temperature rises."""
+"""Blocks before and after one, for the sign of the temperature's change."""
 
 _MIN_CHANGE_SHARE: Final = 0.02
 """Part of the span by which it then changes."""

@@ -62,7 +62,7 @@ class TemperatureBias(NamedTuple):
     sigma
         Its standard error.
     extrapolated
-        Whether the temperature is outside the range of the record, or not known.
+        True if the temperature is outside the range of the record, or not known.
 
     Examples
     --------
@@ -331,7 +331,7 @@ class TemperatureModel(Result):
             Output of the gyro, in the unit of the model.
         temperature : Log, or array_like of shape (n,)
             As of `fit`: missing values are held, and the steps of a coarse thermometer smoothed. If
-            all are missing, what is taken off is the bias in the middle of the range.
+            all are missing, the bias in the middle of the range is subtracted.
 
         Returns
         -------
@@ -353,7 +353,7 @@ class TemperatureModel(Result):
         T = _sample_temperatures(z, temperature, len(data), 1.0 if self.step else None).known
         if not np.isfinite(T).all():
             T = np.full(len(data), self.reference)
-        # The errors, which nobody asks for here, take longer than the bias.
+        # The errors, which are not needed here, take longer than the bias.
         cleaned = data - (self._rows(T) @ self.coefficients.T).reshape(data.shape)
         return z.with_data(cleaned) if isinstance(z, Log) else cleaned
 
@@ -388,7 +388,7 @@ class TemperatureModel(Result):
 
 
 class _Record(NamedTuple):
-    """Rates (n, k), their temperature (n,), and what is known of both.
+    """Rates (n, k), their temperature (n,), and the properties of both.
 
     Rates are in a unit of `factor`, near their largest, so that their squares are numbers.
     """

@@ -51,7 +51,7 @@ class Bursts(NamedTuple):
 def find_bursts(stamps: Floats, rate: float | None = None) -> Bursts | None:
     """Return the bursts in which samples arrived, None unless the stamps are those of arrival.
 
-    They are if most steps are clearly shorter than the period that the count of rows tells, and if
+    They are if most steps are clearly shorter than the period by the count of rows, and if
     pauses of different length are made up for by what comes after them. A sensor that was
     switched on and off does neither. A ``rate``, Hz, that somebody has stated needs no such
     evidence.

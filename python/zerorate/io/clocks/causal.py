@@ -3,8 +3,8 @@
 The clock of a log (`zerorate.io.clocks.clock`) sees all stamps, this one those up to now. Both go
 by one rule: a sample stands one period after the one before, however late, coarse or equal their
 stamps are, unless samples were lost. Where only later stamps show which it is, this clock decides
-by what is known, and asks the functions of the log's clock once those stamps are there. If they say
-otherwise, `CausalClock.revised` holds the steps as they should have been.
+by the known state, and calls the functions of the log's clock once those stamps are there. If they
+say otherwise, `CausalClock.revised` holds the steps as they should have been.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from zerorate.types import Floats
 MAX_GAP_S: Final = 3600.0
 """Seconds that are missing at most where stamps leap: after an hour nothing more is forgotten."""
 _HISTORY_ROWS: Final = LONG_WINDOW_ROWS + WINDOW_ROWS
-"""Rows before a step that judge it, and rows after it at most."""
+"""Rows before a step that decide on it, and rows after it at most."""
 _MIN_START_ROWS: Final = 64
 _MIN_START_S: Final = 0.25
 _MAX_START_ROWS: Final = 2048
@@ -42,7 +42,7 @@ _MAX_SLEW: Final = 0.02
 _MIN_LONG_BLOCK_ROWS: Final = 4.0
 """Rows of a block from which on the latest stamps of blocks are compared."""
 _MAX_STEP_PERIODS: Final = 64
-"""Periods beyond which a step is judged as if it were shorter."""
+"""Periods beyond which a step counts as shorter."""
 
 
 class Step(NamedTuple):
@@ -80,14 +80,14 @@ class CausalClock:
     rate : float
         Rate stated, Hz.
     times : bool
-        Whether steps hold times; they are NaN if not.
+        True if steps hold times; they are NaN if not.
 
     Attributes
     ----------
     period : float
-        Of the stamps as known so far, s.
+        Period of the stamps to date, s.
     own : bool
-        Whether steps go by it, for the rate contradicts it.
+        True if steps follow it, since the rate contradicts it.
     revised : list of Step or None
         After `take`: the steps to the samples that were undecided, as they should have been, the
         last one among them; None where they stand.
@@ -418,7 +418,7 @@ class CausalClock:
             )
 
     def _set_period(self, period: float, doubt: float) -> None:
-        """Take a period as that of the stamps, and tell by it if the rate contradicts it."""
+        """Take a period as that of the stamps, and return True if the rate contradicts it."""
         self.own = bool(abs(period * self.rate - 1.0) > max(doubt, _PERIOD_TOLERANCE))
         period = period if self.own else 1.0 / self.rate
         rows = range(len(self._lates) - 1, -1, -1)

@@ -1,4 +1,4 @@
-"""Stamps in whole seconds: the rows in each of them, spread by what the seconds inside tell."""
+"""Stamps in whole seconds: the rows in each of them, spread by the seconds inside."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Rows that repeat the one before, in a live stream: the evidence of a log, and the samples left.
 
 A log leaves such rows out where its sensor is slower for certain (`zerorate.io.clocks.repeats`),
-and its stamps do not confirm the rate stated for the rows themselves. A stream asks the same once
-as many rows have come as that takes.
+and its stamps do not confirm the rate stated for the rows themselves. A stream makes the same test
+once as many rows have come as that takes.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class HeldRows:
     period : float or None
         Rows that hold a sample; None until they are known to.
     possible : bool
-        Whether rows may hold samples of a slower sensor.
+        True if rows may hold samples of a slower sensor.
     left_out_count : int
         Rows left out.
 

@@ -110,8 +110,8 @@ def find_fault(cells: Sequence[str]) -> Fault:
         if cell.strip() in MISSING:
             return Fault(index, "is missing, expected a timestamp in every row")
         if _CELL[not zoned].fullmatch(cell):
-            tells = "no time zone" if zoned else "a time zone"
-            return Fault(index, f"tells {tells}, unlike the first row")
+            has = "no time zone" if zoned else "a time zone"
+            return Fault(index, f"has {has}, unlike the first row")
         if not _CELL[zoned].fullmatch(cell):
             return Fault(index, f"is no date and time of ISO 8601 such as {_EXAMPLE}")
         if parse_dates([cell]) is None:

@@ -19,13 +19,13 @@ from zerorate.io.clocks.grid import Grid
 from zerorate.types import Booleans, Floats, Integers
 
 HEAD_ROWS: Final = 1 << 15
-"""Rows at the beginning of a log that tell whether its sensor is slower."""
+"""Rows at the beginning of a log for the test for a slower sensor."""
 MIN_ROWS_PER_SAMPLE: Final = 1 + 2 / WINDOW_ROWS
 """Rows a sample: repeats so often that they show a gap of the sensor."""
 _SPAN_CHANGES: Final = 256
 """Changes over which sensor and log keep their phase."""
 MIN_CHANGES: Final = 4 * _SPAN_CHANGES
-"""Changes that a sensor is judged by at least."""
+"""Fewest changes for a decision on a sensor."""
 _MIN_POWER_SIGMAS: Final = 10.0
 """Standard deviations by which chance does not come near the power of a clock."""
 _RUN_TOLERANCE_ROWS: Final = 1.25
@@ -96,7 +96,8 @@ def _find_period(first: Integers) -> float | None:
     guess = (_SPAN_CHANGES - 1) / span
     # Ticks that are left out make the clock look slower.
     low, high = 0.9 * guess, min(1.3 * guess, 1 / MIN_ROWS_PER_SAMPLE)
-    # Whole rows have the same power at f and 1 - f: more runs of one row than of three tell f.
+    # Whole rows have the same power at f and 1 - f: more runs of one row than of three decide for
+    # f.
     runs = np.diff(first)
     if np.count_nonzero(runs == 1) > np.count_nonzero(runs == 3):
         low = max(low, 0.5 - 1 / span)
@@ -205,7 +206,7 @@ def _add_equal_samples(
     which = 1 + np.arange(len(change)) - np.repeat(np.cumsum(missing) - missing, missing)
     wanted_indices = np.rint(indices[first[change]] + which * rows_per_sample).astype(np.int64)
     rows = np.searchsorted(indices, wanted_indices)
-    # A row that the log lost, or that is of the next change, tells nothing.
+    # A row that the log lost, or that belongs to the next change, is not used.
     is_present = (rows < first[change + 1]) & (
         indices[np.minimum(rows, len(indices) - 1)] == wanted_indices
     )

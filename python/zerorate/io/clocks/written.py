@@ -42,7 +42,7 @@ _DAY_NS: Final = 86_400 * 10**9
 
 _HALF_DAY_S: Final = 43_200.0
 _MAX_PROBED: Final = 10_000
-"""Numbers that tell nearly any count from times of day, for little of what all would cost."""
+"""Numbers that distinguish nearly any count from times of day, at a fraction of the cost."""
 _PACKED_PER_SECOND: Final = (1, 1_000, 1_000_000)
 """Counts a second of hours, minutes and seconds written as one number: HHMMSS, HHMMSSmmm."""
 
@@ -71,7 +71,7 @@ def _split_time(cell: str) -> _TimeParts | None:
 
 
 def parse_written_times(cells: Sequence[str]) -> npt.NDArray[Any] | None:
-    """Return texts as dates, or as durations since midnight where they tell no date for certain.
+    """Return texts as dates, or as durations since midnight if their date is uncertain.
 
     None if one is no time, or not written like the first one.
     """

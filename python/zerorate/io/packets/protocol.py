@@ -42,16 +42,16 @@ class Decoder(Protocol):
 
 @dataclass(frozen=True)
 class PacketProtocol:
-    """A form of packets, as a maker's devices send them.
+    """A protocol of packets, as a maker's devices send them.
 
     Attributes
     ----------
     name : str
-        What ``--form`` calls it.
+        Its name for ``--form``.
     meaning : str
-        Whose devices send it.
+        Devices that send it.
     columns : tuple of str
-        Names of the cells of a row, which tell the sensors and their units.
+        Names of the cells of a row, which show the sensors and their units.
     decoder : callable
         Returns a new decoder.
     counter : str, optional
@@ -61,7 +61,7 @@ class PacketProtocol:
     notify : str, optional
         The characteristic by which Bluetooth devices send it.
     lines : bool
-        Whether a line's end ends a message.
+        True if a line's end ends a message.
 
     Examples
     --------

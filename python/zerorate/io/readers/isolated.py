@@ -90,7 +90,7 @@ class _WorkerProcess:
         raise ValueError(f"it ended the process that read it, with code {code}")
 
     def _get_process(self) -> tuple[subprocess.Popen[bytes], bool]:
-        """Return the process, and whether it is a new one."""
+        """Return the process, and True if it is a new one."""
         if self._process is not None and self._process.poll() is None:
             return self._process, False
         self.end()

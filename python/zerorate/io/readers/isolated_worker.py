@@ -262,7 +262,7 @@ _FUNCTIONS: Final[dict[str, tuple[Callable[..., _Answer], str, bool]]] = {
     "bag_columns": (bag_columns, "zerorate.io.readers.ros", False),
     "camera_sensors": (camera_sensors, "zerorate.io.readers.camera", True),
 }
-"""Functions by name, the module that each needs, and whether damage may spoil its memory."""
+"""Functions by name, the module that each needs, and a flag if damage may spoil its memory."""
 
 
 if __name__ == "__main__":

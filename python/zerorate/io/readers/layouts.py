@@ -41,9 +41,9 @@ _TIME_UNIT_WORDS: Final = {spelling for spellings in UNITS.values() for spelling
 _EMPTY_CELLS: Final = ("", "-")
 """What stands for no value in a row, and for none in a line of units."""
 _MAX_HEAD_LINES: Final = 400
-"""Lines that tell how many cells a row has."""
+"""Number of lines that show the width of a row."""
 _MAX_COMMA_ROWS: Final = 50
-"""Rows that tell whether numbers have a decimal comma."""
+"""Number of rows for the test for a decimal comma."""
 
 
 _REMEDY: Final = (

@@ -287,7 +287,7 @@ def _make_table(topic: str, kind: _MessageKind, rows: _Rows, notes: tuple[str, .
     }
     names = tuple(getters)
     if topic.startswith("ATTITUDE"):
-        notes = (*notes, "the attitude is the autopilot's own estimate, no reference to judge by")
+        notes = (*notes, "the attitude is the autopilot's own estimate, not a reference")
     meta = Metadata(sensor=topic, axes=FORWARD_RIGHT_DOWN, notes=notes)
 
     def load(wanted: Sequence[int]) -> list[Column]:

@@ -31,7 +31,7 @@ _WIDE_DTYPES = {"f": np.float64, "i": np.int64, "u": np.uint64, "b": np.bool_}
 def from_pandas(frame: _Frame) -> Table:
     """Return the table of a pandas DataFrame, with an index of times as its time column.
 
-    Its ``attrs`` may tell the rate, the unit and the sensor.
+    Its ``attrs`` may state the rate, the unit and the sensor.
     """
     series = [frame.iloc[:, i] for i in range(frame.shape[1])]
     names = [_join_label(label) for label in frame.columns]

@@ -35,7 +35,7 @@ _LINE_END: Final = re.compile(rb"\r\n|\r|\n")
 _TIME_OF_DAY: Final = re.compile(r"\d{1,4}[-/.:]\w+[-/.:]\d.*")
 _LINE: Final = re.compile(rb"[^\r\n]*(?:\r\n|\n|\r)|[^\r\n]+\Z")
 _BEFORE: Final = 50
-"""Lines before the last one that tell how many decimals it has."""
+"""Lines before the last one that show its number of decimals."""
 _TAIL: Final = 1 << 16
 _FEW: Final = 0.1
 """Part of the lines that are torn at most, where they are to be left out."""

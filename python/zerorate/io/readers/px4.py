@@ -197,7 +197,7 @@ _FIFO_SAMPLES: Final = 32
 _TRUTH_TOPIC: Final = "vehicle_attitude_groundtruth"
 _ESTIMATE_TOPIC: Final = "vehicle_attitude"
 _ESTIMATE_NOTE: Final = (
-    "the attitude vehicle_attitude is the autopilot's own estimate, no reference to judge by"
+    "the attitude vehicle_attitude is the autopilot's own estimate, not a reference"
 )
 _DERIVED_TOPICS: Final = (
     "vehicle_angular_velocity",
@@ -224,7 +224,7 @@ def _vector(fields: _Fields, field: str, name: str) -> _Columns:
 
 
 def _stamps(fields: _Fields) -> Column:
-    # Published a little later than sampled: 0 where the driver does not tell the sample's time.
+    # Published a little later than sampled: 0 if the driver does not give the sample's time.
     stamps = fields.get("timestamp_sample")
     if stamps is None or not stamps.all():
         stamps = fields["timestamp"]

@@ -51,7 +51,7 @@ _SENTENCES: Final = {
 _AXES: Final = 3
 _FEW_ROWS: Final = 2
 _LINES: Final = 60
-"""Lines that tell how a text is made."""
+"""Number of lines that show the structure of a text."""
 _SENSOR_WORDS: Final = {"sensor", "type", "message", "name", "label", "kind", "channel", "stream"}
 _INSTANCE_WORDS: Final = {
     "i",
@@ -66,7 +66,7 @@ _INSTANCE_WORDS: Final = {
     "unit",
     "sensor",
 }
-"""Words that the name of a column consists of which tells sensors apart."""
+"""Words in the name of a column that distinguishes sensors."""
 _MAX_INSTANCES: Final = 16
 _MIN_TURN_PART: Final = 0.2
 """Part of the rows that follow one of another sensor, at least, where sensors take turns."""
@@ -266,7 +266,7 @@ def _rename_axes(table: Table, axes: list[int], label: str) -> Table:
 
 
 def split_by_instance(table: Table) -> Content | None:
-    """Return the sensors of a table whose column of small numbers tells them apart."""
+    """Return the sensors of a table, distinguished by its column of small numbers."""
     parts = _split_instances(table, "") if _has_kind(table, *_KINDS) else {}
     return make_content(parts) if len(parts) > 1 else None
 
@@ -281,7 +281,7 @@ def _split_instances(table: Table, label: str) -> dict[str, Table]:
     parts = {name: tables[name] for name in sorted(tables, key=_natural_key)}
     others = ", ".join([*parts][1:])
     note = make_sentence(
-        f"column '{names[column]}' tells {len(parts)} sensors apart, of which {next(iter(parts))} "
+        f"column '{names[column]}' parts {len(parts)} sensors, of which {next(iter(parts))} "
         "is the first; ",
         keyword_argument("topic"),
         f" reads another: {others}",

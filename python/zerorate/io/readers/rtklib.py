@@ -159,7 +159,7 @@ def _parse_times(rows: Sequence[tuple[str, ...]]) -> Column:
 def _list_notes(lines: Sequence[str], scale: str) -> Iterator[str]:
     head = [line for line in lines if line.startswith("%")]
     if not any(_HEADER.match(line) for line in head):
-        yield "there is no header: the columns are taken for those of RTKLIB's default, in GPS time"
+        yield "there is no header: the columns are assumed to be RTKLIB's default, in GPS time"
     if any("/geodetic" in line for line in head):
         yield "heights are above the geoid, as RTKLIB was set to write them"
     if scale == "gps":

@@ -155,7 +155,7 @@ def _with_one_mark(raw: bytes) -> bytes:
 
 
 def _strip_arrows(raw: bytes) -> tuple[bytes, bool]:
-    """Return the lines of a serial monitor with their times as cells, and whether they had any."""
+    """Return the lines of a serial monitor with their times as cells, and True if they had any."""
     match = re.match(_SERIAL_STAMP + rb"(.*)", raw)
     if match is None:
         return raw, False

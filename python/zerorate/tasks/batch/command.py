@@ -36,9 +36,9 @@ class Quantity:
     sigma : str, optional
         The column of its standard error.
     signed : bool
-        Whether it lies on both sides of zero: logs are compared by differences, not by ratios.
+        True if it has either sign: logs are compared by differences, not by ratios.
     two_sided : bool
-        Whether what is smaller than in the other logs stands out too.
+        True if values below those of other logs are outliers, too.
     """
 
     column: str
@@ -59,7 +59,7 @@ class Command:
     mark : str
         What the names of its files add to the name of the log.
     ending : callable
-        Gives the rest of the output's name, by the format that was asked for.
+        Gives the rest of the output's name, by the requested format.
     work : callable
         Reads a log by the settings, writes the output, and returns rows and notes.
     columns : mapping of str to type

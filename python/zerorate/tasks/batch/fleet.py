@@ -14,7 +14,7 @@ from zerorate.tasks.batch.command import Quantity, Row
 from zerorate.types import Floats
 
 MIN_LOGS: Final = 8
-"""Fewer do not tell how much sensors of a kind differ."""
+"""Fewest sensors that show the spread of their kind."""
 
 EXPECTED_FALSE_ALARMS: Final = 0.1
 """How many are expected in a whole batch of equal sensors, where differences are normal."""
@@ -83,7 +83,7 @@ class Fleet:
     untested_axes: frozenset[tuple[str, str]]
 
     def of(self, log: str, axis: object) -> list[str] | None:
-        """Return in which quantities an axis stands out; None where that was not judged."""
+        """Return the quantities in which an axis is an outlier; None if it was not tested."""
         key = (log, str(axis))
         if axis is None or key in self.untested_axes:
             return None

@@ -46,7 +46,7 @@ class Inputs:
 def find_inputs(patterns: Sequence[str]) -> Inputs:
     """Return the logs that folders and patterns name; FileNotFoundError if one names no log.
 
-    What zerorate has written is left out wherever it lies, unless a pattern asks for it: results,
+    Files that zerorate has written are left out anywhere, unless a pattern names them: results,
     by the mark in their name, the summary of a batch, and the true drift next to a simulated log.
     """
     matches = [find_files(pattern) for pattern in patterns]

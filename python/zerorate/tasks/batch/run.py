@@ -238,7 +238,7 @@ def files_of(result: BatchResult) -> Files:
 
 
 def _collect_outcomes(ends: Iterable[Outcome], count: int, report: Progress) -> dict[str, Outcome]:
-    """Return the outcomes by name, telling how many there are as they come."""
+    """Return the outcomes by name, with a report of their number as they arrive."""
     outcomes: dict[str, Outcome] = {}
     report(0, count)
     for end in ends:

@@ -76,14 +76,14 @@ class Settings:
     Parameters
     ----------
     command : {"replay", "allan", "report"}
-        What is done with each log: "replay", the default, filters it; "allan" finds the noise of
-        its gyros and accelerometers; "report" tells what is seen of its IMU.
+        Command on each log: "replay", the default, filters it; "allan" finds the noise of its gyros
+        and accelerometers; "report" reports on its IMU.
     rate : float, optional
-        Samples per second, Hz, where the logs do not tell it.
+        Samples per second, Hz, for logs without timestamps.
     columns : tuple of str or int, optional
         Names or indices; by default the gyro columns, for the others those of accelerometers too.
     unit : str, optional
-        Unit of the data, where the logs do not tell it: ``"deg/s"``, for the others also of both
+        Unit of the data, if the logs do not state it: ``"deg/s"``, for the others also of both
         kinds of sensor, ``"deg/s,g"``.
     topic : str, optional
         Topic to read of ROS recordings and PX4 logs.
@@ -96,7 +96,7 @@ class Settings:
     format : {"parquet", "csv", "npz"}, optional
         Of the filtered logs, for "replay" alone; default Parquet.
     calibration : Calibration or path, optional
-        What the gyro of each log is corrected by before it is filtered, for "replay" alone. Each
+        Calibration to correct the gyro of each log with before filtering, for "replay" alone. Each
         log is then read as a whole, with its accelerometer.
     accel : bool
         Whether the accelerometer next to a gyro, if any, distinguishes motion from rest, for

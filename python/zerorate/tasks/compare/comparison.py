@@ -105,7 +105,7 @@ def compare_methods(
     Raises
     ------
     LogError
-        If a recording does not allow what its kind asks for.
+        If a recording lacks what its kind of comparison needs.
     ValueError
         If a method or a word of a contamination is not known.
     MethodError
@@ -209,7 +209,7 @@ class _RowProgress:
         self._total, self._done, self._progress = runs * sum(axes), 0, progress
 
     def count_rows(self, rows: Iterable[Row]) -> Iterator[Row]:
-        """Yield rows, and tell of each."""
+        """Yield rows, and report each."""
         for row in rows:
             self._done += 1
             self._progress("comparing", min(1.0, self._done / self._total))

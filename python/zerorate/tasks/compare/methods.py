@@ -44,10 +44,10 @@ METHODS: Final = (
     "auto",
     *WHOLE_RECORD_METHODS,
 )
-"""What is compared unless something else is asked for."""
+"""Methods compared by default."""
 
 FIRST_REST_S: Final = 10.0
-"""Seconds at the start whose mean is taken for the bias."""
+"""Seconds at the start whose mean is the bias."""
 
 _TRACE_BLOCKS: Final = 64
 
@@ -61,7 +61,7 @@ class AxisResult:
     estimate : ndarray, shape (n,)
         What is held when coasting: drift, or the smoothed rate of a sensor at rest.
     bias : ndarray, shape (n,), or None
-        What is taken off the raw rate; None for a method that takes no drift off.
+        Drift to subtract from the raw rate; None for a method that subtracts none.
     smooth : ndarray or None
         The rate of a method that smooths, for use in place of the raw one; NaN where that is
         missing, for a prediction is no measurement.
@@ -71,11 +71,11 @@ class AxisResult:
     sigma : ndarray or None
         Standard deviation of the bias.
     at_rest : ndarray of bool or None
-        Whether the method took the sensor to be at rest.
+        True if the method considered the sensor at rest.
     innovation, innovation_variance : ndarray or None
         Of a Kalman filter.
     causal : bool
-        Whether each value was known after its sample.
+        True if each value was known after its sample.
     """
 
     estimate: Floats

@@ -36,7 +36,7 @@ def scoring_start(duration: float) -> float:
 
 
 def scored_axes(recording: Trial) -> list["ScoredAxis"]:
-    """Return the axes of a recording, ready to judge methods."""
+    """Return the axes of a recording, ready to score methods."""
     columns = zip(recording.log.names, recording.log.data.T, strict=True)
     return [ScoredAxis(np.ascontiguousarray(z), recording, name) for name, z in columns]
 
@@ -49,9 +49,9 @@ def rest_rows(
     Parameters
     ----------
     recording, axes : Trial, sequence of ScoredAxis
-        What methods are judged by.
+        Horizons or reference of the scores.
     methods : sequence of str or OwnMethod
-        What is judged.
+        Axis or axes to score.
     samples : ndarray, shape (n, k)
         What they are fed with: the record's data, or a contaminated copy.
     """

@@ -50,7 +50,8 @@ class Regret:
     optimum : ndarray, shape (models,)
         RMSE of the Kalman filter that knows the model, deg/s.
     causal : ndarray of bool, shape (methods,)
-        Whether the method used no later samples: known of the package's own, tried for the user's.
+        True if the method used no later samples: known for the package's own, tested for the
+        user's.
     contamination : Contamination or None
         Contamination of the records; the optimum is always that on clean records.
     """
@@ -160,7 +161,7 @@ def run(
     Parameters
     ----------
     methods : sequence of str, OwnMethod or callable
-        ``"raw"``, ``"mean"`` of all samples so far, ``"ema"`` (a moving average whose gain is the
+        ``"raw"``, ``"mean"`` of all samples to date, ``"ema"`` (a moving average whose gain is the
         best in hindsight for each model), methods of `zerorate.DriftFilter` with its defaults, the
         user's own, or callables: with k records, shape (n, k), and their rate they return the
         drift, or an `Estimate` of drift and sigma. All have different names.

@@ -47,7 +47,7 @@ class ArrayColumn(StrEnum):
 
 @dataclass(frozen=True)
 class ArraySettings:
-    """The array of a stream, and what its lines hold: the same after a restart.
+    """The array of a stream, and the contents of its lines: the same after a restart.
 
     Parameters
     ----------

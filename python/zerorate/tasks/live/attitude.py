@@ -41,7 +41,7 @@ _MAX_STEP_RATIO: Final = 30.0
 _MAX_ODD_LINES: Final = 10
 """Lines in a row that are."""
 _CHECKED_LINES: Final = 1000
-"""Lines at the beginning that show whether they are."""
+"""Number of lines for that test."""
 _MISSING_BLOCK_SAMPLES: Final = 1 << 16
 """Missing samples that the filter is given at once."""
 
@@ -102,7 +102,7 @@ _EXTRA_COLUMNS: Final[
 
 @dataclass(frozen=True)
 class AttitudeSettings:
-    """The filter of a stream of attitudes, and what its lines hold: the same after a restart.
+    """The filter of a stream of attitudes, and the contents of its lines: the same after a restart.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class AttitudeSettings:
     frame : str
         Axes of the earth: ``"enu"``, ``"ned"`` or ``"nwu"``.
     mag : bool
-        Whether to use a magnetometer, if the lines hold one.
+        Use a magnetometer, if the lines hold one.
     beside : tuple of str
         Extra columns of an answer, of `AttitudeColumn`.
     columns : tuple of str or int, optional
@@ -124,15 +124,15 @@ class AttitudeSettings:
     sequence_bits : int, optional
         Width of the counter that numbers the samples; None if it is to be learned.
     gyro_unit, accel_unit : str, optional
-        Where a header line does not say them.
+        Units, if a header line does not state them.
     gyro_scale, accel_scale : float, optional
-        What samples are multiplied by; the units are those that they have then.
+        Factors of the samples; the units are those of the products.
     bias_limit : float, optional
         Largest bias of the gyro, in its unit; default 10 deg/s.
     limit : float, optional
         End of the gyro's range, in its unit: a sample beyond it is missing. Default 4000 deg/s.
     learn_magnetometer : bool
-        Whether to learn the magnetometer's hard iron from the motion.
+        Learn the magnetometer's hard iron from the motion.
 
     Raises
     ------
@@ -263,7 +263,7 @@ class AttitudeEngine(TimedEngine):
     opened : Opened
         Contents of the first line.
     settings : AttitudeSettings
-        What was asked for.
+        Requested settings.
     filter : Attitude
         The filter.
     samples : int

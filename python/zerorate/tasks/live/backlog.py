@@ -23,8 +23,8 @@ class BacklogFilter:
     """A filter with the missing samples that it has not been given yet.
 
     It catches up with a long gap in pieces, one with each sample that comes. Such a sample is
-    answered with the drift as known so far, and counts as missing: the state does not depend on how
-    fast the machine is.
+    answered with the drift as known to date, and counts as missing: the state does not depend on
+    how fast the machine is.
 
     Parameters
     ----------

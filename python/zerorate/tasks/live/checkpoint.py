@@ -36,7 +36,7 @@ FOREIGN_STATE_ERRORS: Final = (
     OverflowError,
     RecursionError,
 )
-"""What JSON of another kind raises where it is taken for a state."""
+"""Errors that JSON of another kind raises when it is read as a state."""
 
 
 class CheckpointError(ValueError):

@@ -18,7 +18,7 @@ from zerorate.tasks.live.view import View
 
 _NEXT_STEP: Final = Step(0, None, math.nan)
 _HEAD_SAMPLES: Final = 100
-"""Samples that tell whether they look like raw counts."""
+"""Number of samples for the test for raw counts."""
 
 
 class DriftEngine(TimedEngine):

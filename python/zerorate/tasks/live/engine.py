@@ -90,7 +90,7 @@ class Engine(ABC):
 
 
 class EngineSettings(Protocol):
-    """An engine that is asked for, and what its lines hold: the same after a restart."""
+    """A requested engine, and the contents of its lines: the same after a restart."""
 
     kind: ClassVar[str]
     """Word for the engine in a checkpoint."""

@@ -35,7 +35,7 @@ class LineError(ValueError):
 
 
 class ColumnError(LineError):
-    """A line shows that the columns are others than was asked for: no later line can be used."""
+    """A line shows that the columns differ from the request: no later line can be used."""
 
 
 def split_cells(line: str) -> list[str]:
@@ -55,7 +55,7 @@ class ColumnRequest:
     unit: str | None = None
     time: str | int | None = None
     mixed: bool = False
-    """Whether channels are of several units, so that there is no unit of all."""
+    """True if channels are of several units, so that there is no unit of all."""
 
 
 @dataclass(frozen=True)
@@ -183,7 +183,7 @@ def header_names(
 ) -> tuple[str, ...] | None:
     """Return the names in a first line, None if it holds a sample; LineError if neither.
 
-    Where numbers stand in all of the positions that were asked for, other cells are labels.
+    If numbers stand in all of the requested positions, other cells are labels.
     """
     places = [i for i in columns or () if isinstance(i, int) and 0 <= i < len(cells)]
     if places and len(places) == len(columns or ()) and all(_is_number(cells[i]) for i in places):
@@ -208,7 +208,7 @@ def _describe_no_channel(names: Sequence[str] | None) -> str:
 def _check_channels(
     channels: Sequence[int], sequence: int | None, names: Sequence[str] | None
 ) -> None:
-    """Refuse columns that were asked for as gyros and are none."""
+    """Refuse columns that were requested as gyros and are none."""
     if len(set(channels)) < len(channels):
         raise ColumnError(make_sentence(keyword_argument("columns"), " names a column twice"))
     if sequence in channels:
@@ -265,7 +265,7 @@ def _fill_names(cells: Sequence[str]) -> tuple[str, ...]:
 
 
 def position_of(column: str | int, names: tuple[str, ...] | None, fields: int) -> int:
-    """Return the position of a column that was asked for; ColumnError if there is none."""
+    """Return the position of a requested column; ColumnError if there is none."""
     if isinstance(column, int):
         if not 0 <= column < fields:
             raise ColumnError(f"there is no column {column}, the line has {fields}, from 0 on")

@@ -38,7 +38,7 @@ class SequenceCount:
     turn : (int, int) or None
         Lowest and highest number, where they turned back last.
     wraps : bool
-        Whether the numbers are known to wrap there.
+        True if the numbers are known to wrap there.
     run, lowest : int
         How many came late since the newest sample, and the lowest of them.
     """

@@ -109,7 +109,8 @@ class LineStream:
             The line is garbled. Where the lines are not numbered it stands for a missing sample;
             either way `no_answer` is its answer. Before the first good line there is none.
         ColumnError
-            The columns are others than before, or than was asked for: the stream cannot go on.
+            The columns differ from those before, or from the requested ones: the stream cannot go
+            on.
         """
         if line.lstrip(" \t").startswith("#"):
             return None
@@ -125,7 +126,7 @@ class LineStream:
     def _cells(self, line: str) -> list[str] | None:
         """Return the cells of a line, None where it ends no sample.
 
-        Lines of names and numbers are read as those of a log; the first sample tells the names.
+        Lines of names and numbers are read as those of a log; the first sample defines the names.
         """
         text = line.strip(" \t\r\n")
         if not self._looked:
@@ -145,7 +146,7 @@ class LineStream:
     def take_damaged(self) -> str:
         """Return the answer to a sample that came damaged; the columns must be known.
 
-        It is missing, unless numbers will tell.
+        It is missing, unless sequence numbers show otherwise.
         """
         engine = self._require_engine
         if engine.layout.sequence is None:

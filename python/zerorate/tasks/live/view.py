@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from zerorate.tasks.live.stream import LineStream
 
 PERIOD_S: Final = 0.05
-"""Seconds between two views: twenty a second, which is as many as an eye tells apart."""
+"""Seconds between two views: twenty a second, as many as an eye distinguishes."""
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class View:
     Parameters
     ----------
     seconds : float
-        Samples so far over their rate.
+        Samples to date over their rate.
     names : tuple of str
         The axes of the gyro.
     unit : str

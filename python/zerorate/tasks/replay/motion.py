@@ -51,5 +51,5 @@ def note_on_motion(accel: LogFile, moving: Booleans, rate: float) -> str:
     names = ", ".join(accel.header.names)
     seconds = np.count_nonzero(moving) / rate
     return (
-        f"the accelerometer ({names}) shows motion for {to_digits(seconds, 4)} s, taken for no bias"
+        f"the accelerometer ({names}) shows motion for {to_digits(seconds, 4)} s, used for no bias"
     )

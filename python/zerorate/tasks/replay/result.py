@@ -42,9 +42,9 @@ class Readings:
     bias_sigma : ndarray, shape (n, k)
         Standard deviation of the bias, in the unit of the data.
     at_rest : ndarray of bool, shape (n, k)
-        Whether the filter took the sensor to rest.
+        True if the filter considered the sensor at rest.
     stuck : ndarray of bool, shape (n, k)
-        Whether the sensor was stuck at one value.
+        True if the sensor was stuck at one value.
     """
 
     bias_sigma: Floats
@@ -59,7 +59,7 @@ class Readings:
     def certain_rest(self, rate: float) -> Booleans:
         """Return `rest` without the samples in which a motion began unseen, shape (n, k).
 
-        Rest is judged by ticks of a quarter of a second, four samples at least; a motion is seen
+        Rest is decided in ticks of a quarter of a second, four samples at least; a motion is seen
         at the end of the tick in which it began, or of the next.
         """
         rest = self.rest
@@ -95,7 +95,7 @@ class Summary(Result):
     guard_count : mapping of str to ndarray, shape (k,)
         How often a step of the process noise was shortened.
     ready : ndarray of bool, shape (k,)
-        Whether the axis' start-up was finished.
+        True if the axis' start-up was finished.
     status : tuple of str
         `DriftFilter.status` of each axis at the end.
     restart_count : ndarray, shape (k,)
@@ -341,7 +341,7 @@ def describe_unlearned(replay: Summary) -> Iterator[str]:
                 f"{name}: what was learned as rest may be motion: nothing louder was seen, and it "
                 "did not last a minute; ",
                 keyword_argument("rest_limit"),
-                " tells them apart",
+                " distinguishes them",
             )
 
 

@@ -62,7 +62,7 @@ def run_filters(
         The log of a gyro.
     accel : Log, optional
         Accelerometer of three axes of the same body, on a clock of the same zero, in any unit.
-        Where it shows that the body moves, what the gyro gives is not taken for rest, by the
+        Where it shows motion of the body, the gyro's samples never count as rest, by the
         methods that hold in motion.
     methods : sequence of str
         Methods of `zerorate.DriftFilter`, all different. The last is the chosen one, whose
@@ -143,7 +143,7 @@ def filter_to_file(
     methods, output, horizons, progress, **options
         As of `run_filters`.
     force : bool
-        Whether to replace an existing file; default no.
+        Replace an existing file; default no.
     rows : int
         Samples of a block; the results do not depend on it.
 
@@ -185,7 +185,7 @@ def filter_to_file(
 
 
 def _detect_motion(gyro: LogFile, accel: LogFile | None) -> tuple[LogFile, Booleans | None]:
-    """Return the log of a gyro, whose notes tell of the accelerometer, and where that moves."""
+    """Return the log of a gyro, with notes on the accelerometer, and the mask of motion."""
     if accel is None:
         return gyro, None
     moving = motion_of(accel, gyro)

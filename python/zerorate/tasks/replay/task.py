@@ -144,7 +144,7 @@ def replay_to_file(
     Parameters
     ----------
     source : Recording, Log, LogFile, path, data frame or mapping of arrays
-        As of `replay`. The checks judge the first million samples.
+        As of `replay`. The checks use the first million samples.
     path : path
         The file to write, whole or not at all.
     method, methods, accel, calibration, fix, horizons, progress, **options
