@@ -285,7 +285,7 @@ def test_a_place_gives_true_north(tmp_path, capsys):
     ("options", "told"),
     [
         (["--at", "95,11"], "--at takes deg, latitude within 90 first, got '95,11'"),
-        (["--at", "48,11", "--declination", "4"], "--at tells the declination: give it, or"),
+        (["--at", "48,11", "--declination", "4"], "--at determines the declination: give it, or"),
         (["--at", "48,11", "--no-mag"], "--at has no effect with --no-mag"),
     ],
 )
