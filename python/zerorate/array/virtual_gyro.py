@@ -191,7 +191,7 @@ def fit_noise(tau: Floats, matrix: Floats, edf: Floats) -> Noise:
     -----
     Every element by least squares on its own; an estimate counts as its degrees of freedom allow,
     given what the fit says its deviation is. Both matrices are positive semidefinite. Strengths
-    that are too small to be seen are what would just have been seen: taken for nothing, they
+    that are too small to be seen are set to the smallest visible value: as zeros they
     would draw all the weight.
     """
     strengths = _fit_strengths(tau, np.einsum("tii->ti", matrix), edf)

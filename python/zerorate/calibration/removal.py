@@ -334,7 +334,7 @@ def _broadcast_like(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) ->
 
 def _apply_to_array(calibration: Calibration, samples: npt.ArrayLike) -> Floats:
     if hasattr(samples, "columns"):
-        # Its columns have an order of their own: a time in front would be taken for a rate.
+        # Its columns have an order of their own: a time in front would be read as a rate.
         raise TypeError(
             f"samples must be a Recording, a Log or an array, got {type(samples).__name__}; "
             "zr.read_recording reads data frames"

@@ -393,7 +393,7 @@ PREPARATIONS: Final = (
         "the samples are missing, and an alarm says how many",
         "columns",
         _mask_impossible,
-        "all tasks but replay, whose filter judges every rate itself, as live",
+        "all tasks but replay, whose filter tests every rate itself, as live",
     ),
     Preparation(
         CLIPPED,

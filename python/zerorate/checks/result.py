@@ -99,7 +99,7 @@ class Finding:
             changes.append(f"multiplied by {self.factor:.6g}")
         if self.matrix is not None and not np.array_equal(self.matrix, np.eye(3)):
             data = data @ self.matrix.T
-            changes.append(f"({self.likely}) taken for (x,y,z)")
+            changes.append(f"({self.likely}) read as (x,y,z)")
         note = f"{', '.join(log.names)}: {', '.join(changes)}, as the motion shows"
         notes = (*log.meta.get("notes", ()), note)
         return replace(log, data=data, unit=self.unit, meta={**log.meta, "notes": notes})

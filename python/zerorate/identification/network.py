@@ -228,7 +228,7 @@ def _check_enough(training_count: int, test_count: int, weights: int) -> None:
             f"z has {training_count}"
         )
     if test_count == 0:
-        raise ValueError("the second half of z has no step without a missing sample to judge by")
+        raise ValueError("the second half of z has no step without a missing sample for the test")
 
 
 def _past_windows(record: Floats, inputs: int) -> Floats:

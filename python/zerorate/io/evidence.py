@@ -24,7 +24,7 @@ from zerorate.record.log import LogError
 from zerorate.record.names import meaning_of, split_unit
 from zerorate.types import Floats
 
-NOT_TIME: Final = " is not taken for the time: "
+NOT_TIME: Final = " is not read as the time: "
 _BACKWARD: Final = 0.01
 """Part of the steps of a clock that may lead back, as by a clock that was set."""
 _ALIKE: Final = 0.02
@@ -73,7 +73,7 @@ def with_time(table: Table) -> Table:
     best = _best(clues, table)
     if best is not None:
         if best.score < _MAYBE:
-            notes = [f"column '{names[best.place]}' is taken for the clock {best.evidence}"]
+            notes = [f"column '{names[best.place]}' is read as the clock {best.evidence}"]
             noted = replace(table.meta, notes=(*table.meta.notes, *notes))
             return replace(table, time=best.place, meta=noted)
         return replace(table, time=best.place)
@@ -86,7 +86,7 @@ def _with_finer(table: Table, names: tuple[str, ...]) -> Table:
     clocks = [i for i, name in enumerate(names) if looks_like_time(name)]
     others = [i for i, name in enumerate(names) if i not in clocks and meaning_of(name) is None]
     if len(clocks) > 1 or not others or table.whole is None:
-        return table  # of other formats nothing is loaded that is not asked for
+        return table  # of other formats only requested columns are loaded
     try:
         (column,) = table.load(clocks)
         stamps = to_seconds(column, names[clocks[0]], None, table.time_unit)
@@ -271,11 +271,11 @@ def _ratio(table: Table, one: int, other: int) -> float | None:
 def named_time(
     table: Table,
     names: tuple[str, ...],
-    asked: Sequence[int] | None,
+    requested: Sequence[int] | None,
     kinds: Sequence[str],
 ) -> int | None:
     """Return the time column of a table with names: of several the one that fits the data."""
-    taken = asked or ()
+    taken = requested or ()
     if table.timeless:
         return None
     if table.time is not None:

@@ -248,9 +248,9 @@ def _load_once(selection: Selection, accel_columns: Sequence[int]) -> Table:
     except LogError:
         return table  # what is wrong is said where it is read
 
-    def load(asked: Sequence[int]) -> list[Column]:
-        there = all(i in columns for i in asked)
-        return [columns[i] for i in asked] if there else table.load(asked)
+    def load(requested: Sequence[int]) -> list[Column]:
+        there = all(i in columns for i in requested)
+        return [columns[i] for i in requested] if there else table.load(requested)
 
     return replace(table, load=load)
 

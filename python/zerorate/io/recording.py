@@ -282,8 +282,8 @@ class _Request:
 
     def requires(self, sensors: Iterable[_Sensor]) -> bool:
         """Return True if one of these sensors was requested, so that its faults are errors."""
-        asked = {"gyro", *self.columns}
-        return any(sensor.kind in asked for sensor in sensors)
+        requested = {"gyro", *self.columns}
+        return any(sensor.kind in requested for sensor in sensors)
 
 
 def _check_units(unit: str | Mapping[str, str] | None) -> dict[str, str]:

@@ -123,8 +123,8 @@ class Content:
     def of(cls, table: Table) -> Content:
         """Return the content of a file without topics."""
 
-        def only(asked: str | None) -> str:
-            if asked is not None:
+        def only(requested: str | None) -> str:
+            if requested is not None:
                 raise LogError(NO_TOPICS, "topic")
             return ""
 

@@ -82,7 +82,7 @@ def describe_coarse(coarse: Coarse, rate: float, unit: str) -> str:
     advice = "; log more decimals, or a smaller range"
     model = coarse_model(coarse, rate, unit)
     if model is None:
-        return f"{steps}as it is not white, nothing is known of it{advice}"
+        return f"{steps}as it is not white, it is not identifiable{advice}"
     white, unit_of_white = coefficient_of(model, "angle_random_walk"), ""
     if model.quantity != "unknown":
         unit_of_white = " deg/sqrt(h)" if model.quantity == "angular rate" else " m/s/sqrt(h)"

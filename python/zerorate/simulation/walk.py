@@ -267,7 +267,7 @@ class _Path:
 
     @classmethod
     def follow_arc(cls, way: Floats, curvature: float, side: float, left: float) -> _Path:
-        """Return that of a foot so far to the left of a bent line; the left one starts at 0."""
+        """Return the value for a foot left of a bent line; the left one starts at 0."""
         headings = curvature * way
         if curvature:
             middle = np.column_stack([np.sin(headings), 1.0 - np.cos(headings)]) / curvature

@@ -1,4 +1,4 @@
-"""Units, signs and axes of a recording's sensors, judged by its motion: `zerorate.check`."""
+"""Units, signs and axes of a recording's sensors, checked by its motion: `zerorate.check`."""
 
 from __future__ import annotations
 

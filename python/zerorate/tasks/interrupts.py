@@ -167,6 +167,6 @@ class Interrupts:
         if self._waiting:
             raise SignalInterrupt(number)
         if self._pending is not None:
-            # Asked twice: the reader of the answers hangs, so the sample cannot be finished.
+            # A second signal: the reader of the answers hangs, so the sample cannot be finished.
             raise KeyboardInterrupt
         self._pending = number

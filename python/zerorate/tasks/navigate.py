@@ -89,7 +89,7 @@ class Navigation(Result):
     nis : ndarray, shape (fixes, 2)
         Normalised innovations squared of positions and velocities.
     outages : Outages or None
-        Errors without the receiver, if lengths were asked for.
+        Errors without the receiver, if lengths were given.
     truth : Poses, Fixes or None
         The true track to compare with.
     alarms : tuple of str
@@ -369,7 +369,7 @@ class _Run:
     options: dict[str, Any] = field(default_factory=dict)
 
     def run(self, progress: Progress) -> Navigation:
-        """Return the track, and errors in outages if lengths were asked for."""
+        """Return the track, and errors in outages if lengths were given."""
         beginning = self.beginning
         nav = beginning.filter(**self.options)
         inputs: dict[str, Any] = {"wheel_speed": self.speed, "time_offset": beginning.time_offset}

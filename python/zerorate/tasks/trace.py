@@ -43,7 +43,7 @@ class Trace(Result):
     """The sample was not finite: (n,)."""
     guarded: Booleans
     """The step of the process noise was shortened to keep it positive semidefinite; of "robust":
-    the sample was taken for an outlier: (n,)."""
+    the sample counted as an outlier: (n,)."""
     bias: Floats
     """Bias learned at rest and held in motion, in the unit of the samples: (n,)."""
     bias_sigma: Floats

@@ -66,11 +66,11 @@ def describe_gyro_axes(axes: Floats) -> str:
     if np.linalg.det(axes) < 0:
         return (
             "the gyro's axes are left-handed; one sign is wrong, or two axes are exchanged: it "
-            f"follows gravity if ({axis_names}) is taken for its (x, y, z)"
+            f"follows gravity if ({axis_names}) is read as its (x, y, z)"
         )
     return (
         "the gyro's axes are not those of the accelerometer: it follows gravity if "
-        f"({axis_names}) is taken for its (x, y, z)"
+        f"({axis_names}) is read as its (x, y, z)"
     )
 
 

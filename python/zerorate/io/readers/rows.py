@@ -75,11 +75,11 @@ _MIN_TURN_PART: Final = 0.2
 def make_content(tables: Mapping[str, Table]) -> Content:
     """Return the content of tables by the names of their sensors, the first gyro's being chosen."""
 
-    def topic(asked: str | None) -> str:
-        if asked is not None:
-            if asked not in tables:
-                raise LogError(f"there is no topic '{asked}'; it has: {', '.join(tables)}", "topic")
-            return asked
+    def topic(wanted: str | None) -> str:
+        if wanted is not None:
+            if wanted not in tables:
+                raise LogError(f"there is no topic '{wanted}'; it has: {', '.join(tables)}", "topic")
+            return wanted
         return next((name for name, table in tables.items() if _has_kind(table, "gyro")), first)
 
     first = next(iter(tables))

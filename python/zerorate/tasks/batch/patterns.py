@@ -14,7 +14,7 @@ from typing import Final
 from zerorate.io.formats import FORMATS, is_bag_folder
 
 LOG_SUFFIXES: Final = tuple(dict.fromkeys(suffix for form in FORMATS for suffix in form.suffixes))
-"""Of the files in a folder that are taken for logs."""
+"""Suffixes of the files in a folder that count as logs."""
 
 
 @dataclass

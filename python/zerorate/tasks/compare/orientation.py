@@ -45,9 +45,9 @@ def orientation_rows(
     Parameters
     ----------
     recording, truth : Trial, Orientation
-        What methods are judged by.
+        Reference of the scores.
     methods : sequence of str or OwnMethod
-        What is judged.
+        Axes to score.
     samples : ndarray, shape (n, 3)
         What they are fed with: the record's data, or a contaminated copy.
     """

@@ -93,9 +93,9 @@ def turning_rows(
     Parameters
     ----------
     recording, match : Trial, Fitted
-        What methods are judged by.
+        Reference of the scores.
     methods : sequence of str or OwnMethod
-        What is judged.
+        Axis to score.
     samples : ndarray, shape (n, k)
         What they are fed with: the record's data, or a contaminated copy.
     """
