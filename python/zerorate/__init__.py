@@ -139,7 +139,7 @@ _LAZY_EXPORTS: Final = {
     "tasks.report": "report",
     "tasks.walk": "walk",
 }
-"""Names by the module that is imported when one is first asked for; packages of the root first."""
+"""Names by the module that is imported at the first access; packages of the root first."""
 
 __all__ = sorted(["__version__", *modules_by_name(_LAZY_EXPORTS)])
 
@@ -154,7 +154,7 @@ def _rule(module: str, name: str) -> Callable[..., Any]:
     return lambda *given, **named: getattr(import_module(module), name)(*given, **named)
 
 
-# Compiled classes know no module of the package: they are told what they go by.
+# Compiled classes know no module of the package: their rules are registered here.
 register(
     convert=_rule("zerorate.units", "convert"),
     without_masks=_rule("zerorate.record.missing", "without_masks"),

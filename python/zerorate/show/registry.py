@@ -1,4 +1,4 @@
-"""Which table and which figure show each result: registered in `zerorate.views`."""
+"""Tables and figures of each result, registered in `zerorate.views`."""
 
 from typing import Final
 
