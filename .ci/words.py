@@ -22,7 +22,7 @@ AVOIDED = (
     *("told", "beside", "anew", "alike", "so far", "as well as", "taken for", "takes? for"),
     *("twins?", "swings?", "abreast", "wild", "witness(?:es)?", "what is known", "goes? by"),
 )
-WORDS = re.compile(rf"(?<![\w`.])(?:{'|'.join(AVOIDED)})(?![\w`=(])", re.IGNORECASE)
+WORDS = re.compile(rf"(?<![\w`.-])(?:{'|'.join(AVOIDED)})(?![\w`=(])", re.IGNORECASE)
 FIRST = re.compile(r'(?:"""|///|//!) ?Returns? (?:what|which|whether|how|where)\b')
 
 
