@@ -228,5 +228,5 @@ def _read_checksum(path: Path) -> str:
 
 
 def __dir__() -> list[str]:
-    """Show what is public."""
+    """Return the public names."""
     return __all__

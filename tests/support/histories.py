@@ -1,4 +1,4 @@
-"""Hostile histories: blocks of samples with steps of time from nothing to a year, for any stream."""
+"""Hostile histories: blocks of samples with steps of time from nothing to ages, for any stream."""
 
 import numpy as np
 
@@ -7,7 +7,22 @@ from support.feeding import STEP, arguments_of, process
 from support.records import one_of, stretch_of_misbehaviour
 
 # Seconds between two samples; a year of gaps comes together within one history.
-STEPS_S = (0.0, 5e-324, 1e-9, 1e-3, 0.01, 1.0, 60.0, 3600.0, 1e6, 3.2e7, 1e12, 1e300, np.inf, np.nan)
+STEPS_S = (
+    0.0,
+    5e-324,
+    1e-9,
+    1e-3,
+    0.01,
+    1.0,
+    60.0,
+    3600.0,
+    1e6,
+    3.2e7,
+    1e12,
+    1e300,
+    np.inf,
+    np.nan,
+)
 # Of a navigation filter, whose time only grows.
 STARTS_S = (0.0, -0.01, -1e9, 1e-300, 1.7e9, 1e15)
 LEVELS = (0.0, 1.0, -1.0, 0.01, 9.81, 50.0)
@@ -15,7 +30,7 @@ MAX_ROWS = 60
 
 
 def blocks(rng, width):
-    """Yield blocks of samples, shape (n, width): axes of sensors, constants, zeros, hostile ones."""
+    """Yield blocks of samples, shape (n, width): axes, constants, zeros or hostile ones."""
     for _ in range(rng.integers(2, 9)):
         kind = rng.integers(4)
         n = int(rng.integers(1, MAX_ROWS))

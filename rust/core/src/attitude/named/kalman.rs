@@ -53,7 +53,7 @@ pub struct Step {
     pub bias: f64,
 }
 
-/// How a mean and a covariance go through functions that are not linear.
+/// Propagation of a mean and a covariance through functions that are not linear.
 pub trait Linearised: core::fmt::Debug + Clone + Copy + PartialEq {
     /// Its name as a method.
     const METHOD: &'static str;
