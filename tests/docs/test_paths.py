@@ -18,8 +18,8 @@ FOLDERS = (
     "", "docs", "python/zerorate", "rust", "rust/core/src", "rust/core/tests/core", "rust/py/src",
     "tests", "rust/c", "rust/board",
 )  # fmt: skip
-ELSEWHERE = {"analysis.py"}
-"""Files of other projects."""
+ELSEWHERE = {"analysis.py", "my_filter.py"}
+"""Files of other projects, and those that a page lets its reader write."""
 
 
 def named(text):

@@ -86,7 +86,7 @@ def _as_list(values: Floats) -> list[Any]:
     """Return numbers of few digits as JSON has them, null for what is not finite."""
     rounded = np.round(values, _DIGITS)
     if rounded.ndim == 2:
-        finite = np.isfinite(rounded).all(axis=1)
+        finite = np.isfinite(rounded).all(axis=1).tolist()
         rows = zip(rounded.tolist(), finite, strict=True)
         return [row if is_known else None for row, is_known in rows]
     return [x if np.isfinite(x) else None for x in rounded.tolist()]
