@@ -155,7 +155,7 @@ class TestReplay:
         log = write_table(tmp_path / "two.csv", columns)
         code, text, _ = call("replay", "--calibration", cal, log, "-o", out, "--no-figure")
         assert code == 0
-        assert "- of 2 accelerometers accel is taken for the force on the gyro" in text
+        assert "- of 2 accelerometers accel is used as the force on the gyro" in text
 
     def test_what_does_not_fit(self, call, cal, tmp_path, out):
         log = write_table(tmp_path / "run.csv", {"gyro_x_dps": np.ones(400)})

@@ -180,7 +180,7 @@ def test_findings_of_one_kind_on_many_sensors_are_one_line():
             table[f"imu{k}_accel_{axis}_mps2"] = rest + 0.02 * random.standard_normal(n)
     text = zr.report(zr.read_recording(table)).to_html()
     assert re.search(
-        r"<summary><b class=\"good\">good</b> gyro bias: 8 alike, [\d.]+ to [\d.]+ deg/s", text
+        r"<summary><b class=\"good\">good</b> gyro bias: 8 similar, [\d.]+ to [\d.]+ deg/s", text
     )
     assert "</b> gravity: 7 alike, " in text
     # First of all, and in its section.

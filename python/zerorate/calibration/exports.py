@@ -22,6 +22,7 @@ from zerorate.calibration.parameters import (
 )
 from zerorate.faults import keyword_argument, make_sentence
 from zerorate.noise.exports import write_text
+from zerorate.numerals import to_digits
 from zerorate.record.atomic import atomic_path
 from zerorate.record.exporting import document_export
 from zerorate.types import Floats
@@ -186,7 +187,9 @@ def _format_triad(
     remarks = (*remarks, usage)
     if si == "rad/s" and calibration.values[G_SENSITIVITY].any():
         largest = np.abs(calibration.values[G_SENSITIVITY]).max()
-        remarks += (f"# g-sensitivity has no place here: up to {largest:.3g} {raw} a g is left.",)
+        remarks += (
+            f"# g-sensitivity has no place here: up to {to_digits(largest)} {raw} a g is left.",
+        )
     return "\n".join((*(" ".join(map(_format_number, row)) for row in rows), *remarks)) + "\n"
 
 
@@ -295,14 +298,14 @@ def _offsets_and_scales(
 
 
 def _describe_remainder(calibration: Calibration) -> Iterator[str]:
-    """Yield how large that is which offsets and scales alone leave."""
+    """Yield the size of the errors that offsets and scales alone leave."""
     accel = calibration.accel.correction
     cross = 1e3 * np.abs(accel - np.diag(np.diagonal(accel))).max()
-    yield f"# Left: misalignment of the accelerometer, up to {cross:.2g} mrad,"
+    yield f"# Left: misalignment of the accelerometer, up to {to_digits(cross, 2)} mrad,"
     rest = 100.0 * np.abs(calibration.values[GYRO_MATRIX].reshape(3, 3) - np.eye(3)).max()
     force = convert(float(np.abs(calibration.values[G_SENSITIVITY]).max()), "rad/s", "deg/s")
-    yield f"# scale and misalignment of the gyro, up to {rest:.2g} % of a rate,"
-    yield f"# its g-sensitivity, up to {force:.2g} deg/s a g."
+    yield f"# scale and misalignment of the gyro, up to {to_digits(rest, 2)} % of a rate,"
+    yield f"# its g-sensitivity, up to {to_digits(force, 2)} deg/s a g."
 
 
 def _convert_to_si(calibration: Calibration, program: str) -> Calibration:
@@ -345,7 +348,7 @@ def _significant_model(calibration: Calibration) -> TemperatureModel | None:
 
 
 def _header_lines(calibration: Calibration, title: str) -> tuple[str, ...]:
-    """Return the first lines of a file: what it is, and whether it can be trusted."""
+    """Return the first lines of a file: its content, and its validity."""
     lines = [f"# {title}"]
     if not calibration.valid:
         lines.append(f"# WARNING, NOT VALID: {calibration.problems[0]}")

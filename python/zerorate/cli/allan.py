@@ -54,18 +54,15 @@ _OVERLAY: Final = "allan-zerorate-overlay"
 
 _READING: Final = ReadingOptions(
     help={
-        "columns": "Names, or positions counted from 0 over all columns, e.g. gx,gy,gz. Default: "
-        "the columns named like a gyro or an accelerometer.",
-        "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; of the "
-        "accelerometer columns g or m/s^2; of both with a comma between: deg/s,g. Values are not "
-        "converted.",
-        "scale": "What the values of the gyros are multiplied by, e.g. 1/131 for raw counts, and "
-        "with a comma between those of the accelerometers: 1/131,1/16384. --unit says what they "
-        "are then.",
-        "device": "Sensor whose raw counts become deg/s and g by the numbers of its data sheet, "
-        "e.g. MPU-6050; with --range.",
-        "range": "Range that the gyro of --device was set to, deg/s, and that of the "
-        "accelerometer, g, e.g. 250,2.",
+        "columns": "Sensor columns, by name or position: gx,gy,gz. Positions count from 0 over "
+        "all columns. Default: the columns named like a gyro or an accelerometer.",
+        "unit": "Units of gyro and accelerometer, e.g. deg/s,g. Gyro: rad/s, deg/s or deg/h; "
+        "accelerometer: g or m/s^2. Needed if the columns' names lack them; values are "
+        "not converted.",
+        "scale": "Factors of gyro and accelerometer: 1/131,1/16384. The results are in --unit.",
+        "device": "Sensor of raw counts, e.g. MPU-6050; with --range. They become deg/s and g by "
+        "its data sheet.",
+        "range": "Ranges set on the --device, deg/s and g, e.g. 250,2.",
     }
 )
 
@@ -101,12 +98,10 @@ class _Analysis:
         metavar="TIMES",
         parse=_parse_taus,
     )
-    bridge: int = option(0, "Longest gap that is filled with a straight line, samples.")
-    confidence: float = option(
-        0.683, "Probability that the bounds hold the true deviation, 0 to 1."
-    )
-    markov: int = option(0, "Number of Markov terms, noise correlated over one time, to find.")
-    second_opinion: bool = option(True, "Estimate the coefficients from the spectrum as well.")
+    bridge: int = option(0, "Longest gap to fill with a straight line, samples.")
+    confidence: float = option(0.683, "Probability of the bounds, 0 to 1.")
+    markov: int = option(0, "Number of Gauss-Markov terms in the model.")
+    second_opinion: bool = option(True, "Do not estimate the noise from the spectrum, too.")
 
     fix: Fix = False
 
@@ -136,7 +131,7 @@ class _Exports:
     doubtful: Doubtful = False
 
     def names(self) -> list[str]:
-        """Return which are wanted; ValueError for options that act on none of them."""
+        """Return the names of the exports; ValueError for options that none of them uses."""
         return parse_exports(self.export or (), self.inflate, self.per_sample)
 
 

@@ -64,7 +64,7 @@ def calibrate(
     temperature: Annotated[
         bool,
         Option(
-            "Add a model of the gyro's bias by temperature, from the rests of the same log.",
+            "Model the bias by temperature, from the same rests.",
             panel=_FIT,
         ),
     ] = False,
@@ -73,7 +73,7 @@ def calibrate(
     compare: Annotated[
         Path | None,
         Option(
-            "An earlier calibration (JSON): how far each parameter has moved.",
+            "Compare with an earlier calibration (JSON).",
             metavar="OLD",
             panel=_FIT,
         ),
@@ -89,15 +89,13 @@ def calibrate(
     ] = (),
     apply: Annotated[
         Path | None,
-        Option(
-            "Correct the log by this calibration (JSON), and write it.", metavar="CAL", panel=_APPLY
-        ),
+        Option("Correct the log by this calibration and write it.", metavar="CAL", panel=_APPLY),
     ] = None,
     fix: Fix = False,
     format: Annotated[
         str | None,
         Option(
-            "File format of the corrected log; else the suffix of -o, or parquet.",
+            "Log format; by default the suffix of -o, or parquet.",
             choices=LOG_FORMATS,
             panel=_APPLY,
         ),
@@ -111,8 +109,8 @@ def calibrate(
 ) -> None:
     """Calibrate an IMU from one log of hand turns: rests in a dozen poses, and turns between them.
 
-    Prints every number with its error, and whether the calibration is valid (exit 1 if not); writes
-    it as JSON, a figure, and what is exported. With --apply, corrects a log instead; with
+    Prints every number with its standard error, and the verdict on the calibration (exit 1 if it is
+    not valid); writes JSON, a figure, and exports. With --apply, corrects a log instead; with
     --magnetometer, calibrates a compass from any motion.
     """
     if compass.magnetometer:
@@ -189,7 +187,7 @@ def _check_alone(typed: Typed, context: str, used: Sequence[str]) -> None:
 
 
 def _moved(calibration: Calibration, old: Calibration | None) -> str:
-    """Return how far each parameter has moved since an earlier calibration, if there is one."""
+    """Return the change of each parameter since an earlier calibration, if there is one."""
     if old is None:
         return ""
     return (
@@ -198,6 +196,6 @@ def _moved(calibration: Calibration, old: Calibration | None) -> str:
 
 
 def _unwritten(exports: Sequence[str]) -> str:
-    """Return what a calibration that is not valid leaves unwritten."""
+    """Return the exports that are not written since the calibration is not valid."""
     names = ", ".join(export for export in exports if EXPORTS[export])
     return f": no export to {names}, unless with --doubtful" if names else ""

@@ -17,9 +17,7 @@ from zerorate.tasks.simulate import DURATION_S, simulated_demo
 
 
 def demo(
-    device: Annotated[
-        str, Option("Gyro to simulate; zerorate simulate --list shows all.")
-    ] = "MPU-6050",
+    device: Annotated[str, Option("Gyro; zerorate simulate --list shows all.")] = "MPU-6050",
     duration: Duration = DURATION_S,
     rate: SimulatedRate = 100.0,
     seed: Seed = 1,
@@ -28,7 +26,7 @@ def demo(
 ) -> None:
     """Try it without a sensor: simulate a gyro at rest on three axes and remove its bias.
 
-    Prints how well each method does, and writes the filtered log and a figure.
+    Prints the errors of each method, and writes the filtered log and a figure.
     """
     gyro = find_device(device)
     written = LogAndFigure(output, force=force)

@@ -49,28 +49,27 @@ class Magnetometer:
 
     magnetometer: bool = option(
         False,
-        "Calibrate the magnetometer: its hard and soft iron, by what the gyro tells of "
-        "ordinary motion.",
+        "Calibrate the magnetometer by gyro and motion. The result is its hard and soft iron.",
     )
     field: float | None = option(
         None,
-        "Size of the field at the place, uT: a result that cannot be of there is refused.",
+        "Local field strength, uT. An impossible result is refused.",
         metavar="UT",
     )
     dip: float | None = option(
         None,
-        "The same of its angle below the level, deg; negative in the south.",
+        "Local field angle below the level, deg. Negative in the south.",
         metavar="DEG",
         convert=math.radians,
     )
     at: tuple[float, ...] | None = option(
         None,
-        "The place, deg: field and dip by the World Magnetic Model. Default that of the "
-        "log's positions.",
+        "Place, deg, for the World Magnetic Model. It gives field and dip. Default: the first of "
+        "the log's positions.",
         metavar="LAT,LON",
         parse=parse_place_of_field,
     )
-    one_iron: bool = option(False, "Nobody touched the device: one hard iron for the whole log.")
+    one_iron: bool = option(False, "Assume one hard iron for the whole log.")
 
     def arguments(self) -> dict[str, Any]:
         """Return those of `zerorate.calibrate_magnetometer`."""

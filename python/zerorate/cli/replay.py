@@ -52,8 +52,8 @@ class _Sensors:
 
     calibration: Path | None = option(
         None,
-        "Correct the gyro by this calibration first (JSON of zerorate calibrate), and by "
-        "the log's accelerometer, if it has one.",
+        "Apply this calibration first (zerorate calibrate). With the log's accelerometer, if "
+        "any, its g-sensitivity is corrected, too.",
         metavar="CAL",
     )
     fix: Fix = False
@@ -74,8 +74,7 @@ def replay(
     compared: Annotated[
         Sequence[str],
         Option(
-            "Compare the method with others, of kf, akf, fading, robust and auto; all for all "
-            "of them.",
+            "Compare with kf, akf, fading, robust, auto, or all.",
             "--methods",
             metavar="NAMES",
             parse=_parse_methods,
@@ -98,8 +97,9 @@ def replay(
     """Remove the bias from every axis of a log.
 
     Prints the bias with its standard deviation, and writes the filtered log and a figure: the log
-    holds raw minus bias under the names of the raw columns, and beside them the bias, its standard
-    deviation, rest, and a stuck or saturated sensor. The default method, auto, needs no settings.
+    holds raw minus bias under the names of the raw columns, and in extra columns the bias, its
+    standard deviation, rest, and a stuck or saturated sensor. The default method, auto, needs no
+    settings.
     """
     of_array = array.arguments(fusion, options)
     if of_array is not None:

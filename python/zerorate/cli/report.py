@@ -1,4 +1,4 @@
-"""``zerorate report``: what is seen of the IMU of a log, as a page, as JSON, as a paragraph."""
+"""``zerorate report``: findings on the IMU of a log, as a page, as JSON, as a paragraph."""
 
 from functools import partial
 from pathlib import Path
@@ -21,13 +21,13 @@ def report(
     log: LogArgument,
     after: Annotated[
         Path | None,
-        Argument("A second log, of the same device later: both go on one page, side by side."),
+        Argument("A later log of the same device, to compare."),
     ] = None,
     gnss: Annotated[
         Path | None,
         Option(
-            "Fixes of a receiver on the same body: NMEA, RTKLIB, NavSatFix or a table. By "
-            "default those in the log, if any.",
+            "Receiver's fixes: NMEA, RTKLIB, NavSatFix or table. By default those in the log, if "
+            "any.",
             metavar="FILE",
         ),
     ] = None,
@@ -35,10 +35,10 @@ def report(
     output: Output = ".",
     force: Force = False,
 ) -> None:
-    """Tell what is seen of the IMU of a log: clock, samples, noise, vibration, axes, attitude.
+    """Report on the IMU of a log: clock, samples, noise, vibration, axes, attitude.
 
-    Writes a page (HTML) that needs no network, and all findings as JSON; prints a paragraph. Of two
-    logs it tells what is new, gone, worse, better or different, side by side.
+    Writes a page (HTML) that needs no network, and all findings as JSON; prints a paragraph. For
+    two logs it lists new, gone, worse, better and different findings, side by side.
     """
     if after is not None and (gnss is not None or reading.group_by is not None):
         given = "--gnss" if gnss is not None else "--group-by"

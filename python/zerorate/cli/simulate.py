@@ -24,7 +24,7 @@ from zerorate.tasks.simulate_motion import MOTIONS, simulated_motion, write_moti
 
 Duration: TypeAlias = Annotated[float, Option("Length in seconds.")]
 SimulatedRate: TypeAlias = Annotated[float, Option("Samples per second.")]
-Seed: TypeAlias = Annotated[int, Option("Any whole number; the same one gives the same signal.")]
+Seed: TypeAlias = Annotated[int, Option("Whole number; the same one gives the same signal.")]
 
 
 def _parse_temperatures(flag: str, text: str) -> tuple[float, float]:
@@ -56,7 +56,7 @@ def simulate(
     output: Annotated[
         Path | None,
         Option(
-            "File to write; its suffix says the format: csv, tsv, npz or parquet.",
+            "File: csv, tsv, npz or parquet, by its suffix.",
             "-o --output",
             metavar="FILE",
             panel=OUTPUT,
@@ -72,19 +72,19 @@ def simulate(
     rate: SimulatedRate = 100.0,
     seed: Seed = 1,
     axes: Annotated[
-        int | None, Option("Number of axes, with a different bias and drift each; 3 if not given.")
+        int | None, Option("Number of axes. Default: 3. Each has its own bias and drift.")
     ] = None,
     poses: Annotated[
         int | None,
         Option(
-            "Simulate an IMU instead, held still in so many poses and turned by hand between "
-            "them, for zerorate calibrate; its gyro is an MPU-6050 if none is named."
+            "Simulate an IMU in so many poses, to calibrate. It is held still in each pose and "
+            "turned by hand between them; its gyro is an MPU-6050 if none is named."
         ),
     ] = None,
     temperature: Annotated[
         tuple[float, float] | None,
         Option(
-            "With --poses: temperatures in degC at the start and the end.",
+            "Temperatures at start and end, degC; with --poses.",
             metavar="FIRST,LAST",
             parse=_parse_temperatures,
         ),

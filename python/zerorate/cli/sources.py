@@ -1,4 +1,4 @@
-"""Where the samples of ``zerorate stream`` come from: stdin, a file, datagrams, a live device."""
+"""Sources of the samples of ``zerorate stream``: stdin, a file, datagrams, a live device."""
 
 import os
 import sys
@@ -22,10 +22,10 @@ _HEAD_BYTES: Final = 4096
 
 @dataclass(frozen=True)
 class Origin:
-    """Options of where samples come from, besides a file."""
+    """Options for sources of samples other than a file."""
 
     udp: str | None = option(
-        None, "Take datagrams of this machine, answer to their sender.", metavar="HOST:PORT"
+        None, "Take datagrams, and answer to their sender.", metavar="HOST:PORT"
     )
     address: str | None = option(
         None,

@@ -69,18 +69,18 @@ class _Numbers:
 
     sequence: str | int | None = option(
         None,
-        "Sequence number, by name or position: what the source lost is taken as missing "
-        "and counted. Without it a lost sample cannot be seen.",
+        "Column of a sequence number. Lost samples are counted and treated as missing; without "
+        "it a lost sample cannot be seen.",
         metavar="COLUMN",
         parse=parse_column,
     )
     sequence_bits: int | None = option(
         None,
-        "Width of the counter that --sequence shows; learned where it is not given.",
+        "Bits of the --sequence counter. By default learned.",
         min=1,
         max=MAX_BITS,
     )
-    fields: int | None = option(None, "Numbers in a line, if the first may not be whole.", min=1)
+    fields: int | None = option(None, "Numbers per line, if the first may be cut off.", min=1)
 
     def arguments(self) -> dict[str, Any]:
         """Return those of the settings of a stream."""
@@ -91,14 +91,14 @@ class _Numbers:
 
 @dataclass(frozen=True)
 class _Accelerometer:
-    """Options of the accelerometer that tells of motion."""
+    """Options of the accelerometer that detects motion."""
 
     panel: ClassVar = PANEL
 
     accel_columns: Sequence[str | int] | None = option(
         None,
-        "Columns x,y,z of the accelerometer that tells of motion, by name or position. "
-        "Default: those that the header line names like the one of the gyro.",
+        "Accelerometer columns x,y,z, to detect motion. By name or position. Default: those that "
+        "the header line names like the gyro's.",
         metavar="NAMES",
         parse=parse_columns,
     )
@@ -121,15 +121,16 @@ class _Attitude:
 
     attitude: bool = option(
         False,
-        "Answer with the orientation: lines hold gyro, accelerometer and maybe "
-        "magnetometer, x, y, z each.",
+        "Answer with the orientation. Lines hold gyro, accelerometer and maybe magnetometer, x, "
+        "y, z each.",
     )
     frame: Frame = option(
         "enu",
-        "Axes of the earth: east, north, up (the default); north, east, down; or north, west, up.",
+        "Axes of the earth. enu (default): east, north, up; ned: north, east, down; nwu: north, "
+        "west, up.",
         shown="",
     )
-    no_mag: bool = option(False, "Leave out the magnetometer of the lines.")
+    no_mag: bool = option(False, "Ignore the magnetometer of the lines.")
     learn_magnetometer: bool = option(False, "Learn the magnetometer's hard iron from the motion.")
 
     def arguments(self) -> dict[str, Any]:
@@ -146,11 +147,11 @@ class _Saves:
     """Options of the state that is saved."""
 
     checkpoint: Path | None = option(
-        None, "Save the state, and go on from it at the next start.", metavar="FILE"
+        None, "Save the state; the next start goes on from it.", metavar="FILE"
     )
-    every: float = option(1.0, "Seconds of samples between two saves.")
-    position: bool = option(False, "Print the sample that the checkpoint goes on with.")
-    force: bool = option(False, "Begin anew if the checkpoint cannot be used.")
+    every: float = option(1.0, "Seconds between two saves.")
+    position: bool = option(False, "Print the sample number of the checkpoint.")
+    force: bool = option(False, "Start again if the checkpoint cannot be used.")
 
     def printed_position(self) -> int:
         """Return the sample that the checkpoint goes on with."""
@@ -160,7 +161,7 @@ class _Saves:
         return 0 if saved is None else saved.position
 
     def saver(self, rate: float) -> Saver | None:
-        """Return what saves the state, None where nothing is saved."""
+        """Return the saver of the state, None where nothing is saved."""
         if self.checkpoint is None:
             return None
         count = self.every * rate
@@ -181,7 +182,7 @@ class _Saves:
         except (DataFault, UsageFault) as fault:
             if self.force:
                 return new
-            raise type(fault)(f"{fault}; --force begins anew") from None
+            raise type(fault)(f"{fault}; --force starts again") from None
 
 
 def stream(
@@ -215,10 +216,10 @@ def stream(
 ) -> None:
     """Answer each line of samples at once with the compensated rate.
 
-    Where a header line names the columns, those of gyros are filtered and the others pass through;
-    an accelerometer among them tells of motion, as in a replay.
-    A line that is garbled is reported on stderr, answered with nan and taken as missing. With
-    --attitude the answer is the quaternion w, x, y, z from sensor to earth in place of the samples.
+    Where a header line names the columns, gyro columns are filtered and the others pass through; an
+    accelerometer among them detects motion, as in a replay. A line that is garbled is reported on
+    stderr, answered with nan and taken as missing. With --attitude the answer is the quaternion w,
+    x, y, z from sensor to earth in place of the samples.
     """
     if saves.position:
         print(saves.printed_position())

@@ -12,14 +12,14 @@ import numpy as np
 from zerorate.findings.finding import Finding, Spans, count_noun
 from zerorate.findings.imus import Imu, Sensor
 from zerorate.findings.limits import LIMITS, Severity
-from zerorate.numerals import shorten
+from zerorate.numerals import to_digits
 from zerorate.record.clock import ClockReport
 from zerorate.record.runs import runs
 from zerorate.types import Booleans, Floats, Integers
 
 SECTION: Final = "The clock"
 _TRIALS_PER_GAP: Final = 40
-"""Places near a gap that tell what one of its length costs."""
+"""Places near a gap for an estimate of its cost."""
 _TRIAL_RANGE_GAPS: Final = 4
 """Lengths of a gap within which such places lie."""
 _MAX_GAPS: Final = 500
@@ -29,7 +29,7 @@ _SLOW_RATE_HZ: Final = 50.0
 
 
 def clock_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield what is seen of each clock that differs from those before."""
+    """Yield findings on each clock that differs from those before."""
     reported: set[tuple[object, int]] = set()
     for imu in imus:
         for sensor in imu.sensors:
@@ -66,7 +66,8 @@ def _check_rate(sensor: Sensor, report: object) -> Iterator[Finding]:
     late = 100.0 * report.late_count / sensor.log.n
     if report.late_count >= _MIN_LATE_STAMPS and LIMITS["late stamps"].severity(late) != "good":
         text = (
-            f"{sensor.label}: {report.late_count} stamps ({shorten(late)} %) come more than half "
+            f"{sensor.label}: {report.late_count} stamps ({to_digits(late, 2)} %) come "
+            f"more than half "
             "a period "
             "late, with no sample lost."
         )
@@ -125,7 +126,7 @@ def _check_gaps(
     share = 100.0 * float(lengths.sum()) / sensor.log.n
     longest = 1e3 * float(lengths.max()) / sensor.log.rate
     text_start = (
-        f"{sensor.label}: {shorten(share)} % of samples are lost in "
+        f"{sensor.label}: {to_digits(share, 2)} % of samples are lost in "
         f"{count_noun(firsts.size, 'gap')}, the longest lost {longest:.4g} ms"
     )
     spans = sensor.spans(np.flatnonzero(lost), 0.0)
@@ -135,7 +136,10 @@ def _check_gaps(
         )
         return
     cost = math.degrees(sensor.factor * _gap_angle_error(sensor, firsts, lengths))
-    text = f"{text_start}; a straight line over them is wrong by about {shorten(cost)} deg in all."
+    text = (
+        f"{text_start}; a straight line over them is wrong by about {to_digits(cost, 2)} "
+        f"deg in all."
+    )
     severity = LIMITS["gaps"].severity(cost)
     # So slow a log shows a part of the sensor's samples: what it lost says little of the sensor.
     severity = "look" if severity == "act" and sensor.log.rate < _SLOW_RATE_HZ else severity
@@ -145,7 +149,7 @@ def _check_gaps(
 def _gap_angle_error(sensor: Sensor, firsts: Integers, lengths: Integers) -> float:
     """Return the error of the angle where gaps are bridged, by gaps of their length put near each.
 
-    Squares are summed over the gaps; of very many a part tells of all.
+    Squares are summed over the gaps; of very many a part represents all.
     """
     sampled_gaps = range(0, firsts.size, math.ceil(firsts.size / _MAX_GAPS))
     gap_errors = [_trial_errors(sensor, int(firsts[i]), int(lengths[i])) for i in sampled_gaps]
@@ -154,7 +158,7 @@ def _gap_angle_error(sensor: Sensor, firsts: Integers, lengths: Integers) -> flo
 
 
 def _trial_errors(sensor: Sensor, first: int, length: int) -> Floats:
-    """Return what a straight line over gaps would cost that begin near one, in the log's unit."""
+    """Return the errors of a straight line over gaps that begin near one, in the log's unit."""
     data, reach = sensor.log.data, max(_TRIAL_RANGE_GAPS * length, round(sensor.log.rate))
     low, high = max(1, first - reach), min(sensor.log.n - length - 1, first + reach)
     errors = []

@@ -1,4 +1,4 @@
-"""What is in a log: sensors, rates, units, and what was assumed to read it."""
+"""Contents of a log: sensors, rates, units, and assumptions made to read it."""
 
 from collections.abc import Iterator, Sequence
 
@@ -9,7 +9,7 @@ from zerorate.record.recording import Recording
 
 SECTION = "What is here"
 _SLOW_RATE_HZ = 50.0
-"""Hz below which motion and vibration are not told apart."""
+"""Hz below which motion and vibration are not distinguished."""
 
 
 def contents_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:

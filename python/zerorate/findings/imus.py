@@ -22,18 +22,18 @@ GRAVITY_M_S2: Final = 9.80665
 BLOCK_S: Final = 0.5
 """Seconds of a block."""
 _MIN_RATE_HZ: Final = 10.0
-"""Hz of a sensor of which blocks tell whether it rests."""
+"""Least rate of a sensor for a test of rest by blocks, Hz."""
 _MIN_REST_BLOCKS: Final = 4
 """Blocks of the shortest rest."""
 _AXES: Final = 3
 _MAX_MEDIAN_SAMPLES: Final = 100_000
 _MIN_PRESENT_SHARE: Final = 0.5
-"""Share of a block's samples without which it tells nothing."""
+"""Least share of a block's samples for its use."""
 
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """Mean and scatter of a sensor in each block, SI, shape (m, 3), and whether it is there."""
+    """Mean and scatter of a sensor in each block, SI, shape (m, 3), and a mask of presence."""
 
     mean: Floats
     scatter: Floats
@@ -140,7 +140,7 @@ class Imu:
 
     @cached_property
     def still(self) -> Booleans:
-        """Whether each block may be one of a rest."""
+        """Mask of blocks that may belong to a rest."""
         gyro, accel = self.gyro, self.accel
         if gyro is None or accel is None or None in (gyro.factor, accel.factor):
             return np.zeros(0, dtype=bool)
@@ -169,7 +169,7 @@ class Imu:
 def _is_quiet(
     scatter: Floats, present: Booleans, max_scatter: float, min_scatter: float
 ) -> Booleans:
-    """Return whether blocks scatter as little as the quietest twentieth of them, about."""
+    """Return the mask of blocks that scatter about as little as the quietest twentieth."""
     worst = scatter.max(axis=1)
     present_scatter = worst[present & np.isfinite(worst)]
     floor = float(np.quantile(present_scatter, 0.05)) if present_scatter.size else 0.0

@@ -1,4 +1,4 @@
-"""The limits from which a finding is worth a look, or asks to act, each with its source."""
+"""The limits from which a finding is worth a look, or requires action, with their sources."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ class Limit:
     unit : str
         Of both numbers.
     look, act : float
-        From which a finding is worth a look, and from which it asks to act; infinity for never.
+        Bounds above which a finding is worth a look, and above which it requires action; infinity
+        for never.
     source : str
         Who says so; ``"own: "`` and the reason for a limit that is only this package's.
 

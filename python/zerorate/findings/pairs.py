@@ -22,13 +22,13 @@ _MIN_VOTERS: Final = 3
 _TURNING_RATE_RAD_S: Final = 0.2
 """Rad/s of a block that turns."""
 _MIN_TURNING_BLOCKS: Final = 20
-"""Blocks that turn, without which turns tell nothing."""
+"""Fewest blocks with rotation for a comparison."""
 _MAX_ROTATION_SIGMA_DEG: Final = 1.0
-"""Error, deg, with which a rotation is still told."""
+"""Largest error of a rotation that is reported, deg."""
 _MAX_DELAY_SIGMA_MS: Final = 5.0
-"""Error, ms, with which a delay is still told."""
+"""Largest error of a delay that is reported, ms."""
 _MAX_SCALE_SIGMA: Final = 0.01
-"""Error with which a scale is still told."""
+"""Largest error of a scale that is reported."""
 _MIN_CALM_BLOCKS: Final = 8
 _MAX_TILT_RAD: Final = math.radians(10.0)
 _OUTLIER_RATIO: Final = 3.0
@@ -84,7 +84,7 @@ def _compare_pair(one: Imu, other: Imu) -> Iterator[Finding]:
 
 
 def _compare_turning(one: Imu, other: Imu, present: Booleans) -> GyroDifference | None:
-    """Return how two gyros differ by turns, None where too few are."""
+    """Return the difference of two gyros by rotations, None where there are too few."""
     if one.gyro is None or other.gyro is None:
         return None
     rates = (imu.gyro.blocks.mean[: len(present)] for imu in (one, other) if imu.gyro is not None)
@@ -129,12 +129,12 @@ def _describe_turning(one: Imu, other: Imu, difference: GyroDifference) -> Itera
             SECTION, "scales differ", _severity_beyond_error("scales differ", value, error),
             f"{mine.label} shows {scales} of what {its.label} does.",
             value, "%", error, (), mine.figure,
-            "Turn each axis by a known angle to tell which of them is right: `zerorate calibrate`.",
+            "Turn each axis by a known angle to find which of them is right: `zerorate calibrate`.",
         )  # fmt: skip
 
 
 def _severity_beyond_error(kind: str, value: float, sigma: float) -> Severity:
-    """Return the severity of a value that errors may have made: two of them are taken off."""
+    """Return the severity of a value after two standard errors are subtracted."""
     return LIMITS[kind].severity(max(value - 2.0 * sigma, 0.0))
 
 
@@ -193,7 +193,7 @@ def _angle_between(one: Floats, other: Floats) -> float:
 
 
 def _is_parallel(one: Imu, other: Imu, calm: Booleans) -> bool:
-    """Whether gravity points alike at rest, where no turn tells the axes."""
+    """Return True if gravity has the same direction in both at rest."""
     if one.accel is None or other.accel is None:
         return False
     mine, its = (imu.accel.blocks.mean[: len(calm)][calm] for imu in (one, other) if imu.accel)
@@ -202,7 +202,7 @@ def _is_parallel(one: Imu, other: Imu, calm: Booleans) -> bool:
 
 
 def _compare_means(kind: str, mine: Sensor, its: Sensor, matrix: Floats, calm: Booleans) -> Finding:
-    """Return how far the means of two sensors are apart over calm blocks, by tenths of them."""
+    """Return the difference between the means of two sensors over calm blocks, and its error."""
     off = mine.blocks.mean[: len(calm)][calm] - its.blocks.mean[: len(calm)][calm] @ matrix.T
     factor = math.degrees(1.0) if kind == "gyros differ" else 1.0
     mean = factor * np.median(off, axis=0)

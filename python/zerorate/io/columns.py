@@ -46,7 +46,7 @@ TimeColumn = str | int | Literal[False] | None
 
 @dataclass(frozen=True)
 class Timing:
-    """What a caller says of the rows: the column and unit of their time, and which to leave out.
+    """Caller's choice of the column and unit of time, and of the rows to leave out.
 
     Raises
     ------
@@ -132,7 +132,7 @@ def choose_columns(
 
 
 def check_samples(table: Table, columns: Columns) -> None:
-    """Raise LogError if a column that was asked for holds the time."""
+    """Raise LogError if a requested column holds the time."""
     if columns is None:
         return
     for index in _find_indices(table, columns):
@@ -167,7 +167,7 @@ def _choose_unnamed(
         last = ",".join(map(str, data_columns[-_AXES:]))
         raise LogError(
             make_sentence(
-                f"the table has no names, and {len(data_columns)} columns beside the time "
+                f"the table has no names, and {len(data_columns)} columns apart from the time "
                 "are no gyro of "
                 "three axes; say which are, counted from 0, such as ",
                 keyword_argument("columns", last),
@@ -180,7 +180,7 @@ def _choose_unnamed(
             make_sentence(f"the table has no names, and {why}; ", columns, " reads as a gyro")
         )
     listed = ", ".join(map(table.label, data_columns))
-    return data_columns, (f"the table has no names: {listed} are taken for a gyro",)
+    return data_columns, (f"the table has no names: {listed} are read as a gyro",)
 
 
 def _choose_sensors(
@@ -258,7 +258,7 @@ def _check_unique(names: Sequence[str]) -> None:
 
 
 def _has_sensor(triads: Sequence[Triad], sensor: str | None) -> bool:
-    """Whether a sensor is among these: one name may be of the gyro, or of the accelerometer."""
+    """Return True if a sensor is present: one name may be of the gyro, or of the accelerometer."""
     try:
         return bool(select_triads(triads, sensor))
     except LogError:

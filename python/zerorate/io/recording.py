@@ -97,7 +97,7 @@ def read_recording(
         As of `read_log`; or a list of them, such as the file of an IMU and that of a GNSS
         receiver, whose logs keep their own clocks.
     rate
-        Samples per second of the gyro and of what has no timestamps, Hz.
+        Samples per second of the gyro and of sensors without timestamps, Hz.
     columns
         Names or indices of the gyro's columns, or of those of several kinds, ``{"gyro": ["p", "q",
         "r"], "accel": [4, 5, 6]}``, also ``mag``; by default they are found, one log a sensor.
@@ -114,16 +114,15 @@ def read_recording(
         ``gravity``, ``reference``, ``position``, ``velocity``, and ``position_sigma`` and
         ``velocity_sigma``, their standard deviations.
     sensor
-        Which sensor of several, as of `read_log`. By default there is a log for each device, and of
+        Sensor of several, as of `read_log`. By default there is a log for each device, and of
         values in several stages (raw, calibrated, filtered) the best is read, as ``notes`` says.
     scale
-        What values are multiplied by: a number for the gyro, ``{"gyro": 1 / 131, "accel":
+        Factors of the values: a number for the gyro, ``{"gyro": 1 / 131, "accel":
         1 / 16384}``, or `zerorate.raw_counts` of a device, whose units are then known.
     start, stop
-        Seconds between which the logs are read: from `start`, to before `stop`. They are counted
-        from the earliest sample of all logs of a source; those of a list have clocks of their
-        own. Another sensor than the gyro without a sample there is left out, and ``notes`` says
-        so.
+        Part of the logs to read, s: from `start` to before `stop`, counted from the earliest sample
+        of all logs of a source; those of a list have clocks of their own. Another sensor than the
+        gyro without a sample there is left out, and ``notes`` says so.
     time, time_unit, torn
         As of `read_log`; in a source of several tables the column is that of those that have it.
 
@@ -131,8 +130,8 @@ def read_recording(
     -------
     Recording
         Logs of shape (n, k), NaN where a sample is missing. A sensor that has a value in every
-        second row or fewer has a log at its own rate. Its ``fixes``, ``mounting`` and ``tables``
-        are read when first asked for.
+        second row or fewer has a log at its own rate. The recording's ``fixes``, ``mounting`` and
+        ``tables`` are read at first access.
 
     Raises
     ------
@@ -251,7 +250,7 @@ class _SensorLog(NamedTuple):
 def _cut_to_span(
     logs: Iterable[_SensorLog], request: _Request, notes: list[str]
 ) -> Iterator[_SensorLog]:
-    """Yield the parts of a source's logs that lie in the span asked for."""
+    """Yield the parts of a source's logs within the requested span."""
     all_logs = list(logs)
     if not all_logs:
         return
@@ -299,9 +298,9 @@ class _Request:
     timing: Timing = field(default_factory=Timing)
 
     def requires(self, sensors: Iterable[_Sensor]) -> bool:
-        """Whether a sensor among these was asked for, so that a fault in it is one of all."""
-        asked = {"gyro", *self.columns}
-        return any(sensor.kind in asked for sensor in sensors)
+        """Return True if one of these sensors was requested, so that its faults are errors."""
+        requested = {"gyro", *self.columns}
+        return any(sensor.kind in requested for sensor in sensors)
 
 
 def _check_units(unit: str | Mapping[str, str] | None) -> dict[str, str]:
@@ -349,7 +348,7 @@ def _read_source(
         for shared in _group_by_clock(table, wanted):
             yield from _read_readable(table, shared, request, source_meta, notes)
         if any(sensor.kind == "reference" for sensor in wanted):
-            notes.extend(table.meta.notes)  # of what others are judged by
+            notes.extend(table.meta.notes)  # of the data that others are compared with
         request = replace(request, columns={})
 
 
@@ -360,7 +359,7 @@ def _choose_tables(content: Content, topic: str | None) -> list[Table]:
 
 
 def _choose_sensors(table: Table, request: _Request, notes: list[str]) -> list[_Sensor]:
-    """Return the sensors of a table: those asked for, and those found by name."""
+    """Return the sensors of a table: requested ones, and those found by name."""
     for columns in request.columns.values():
         check_samples(table, columns)
     stated_columns = {
@@ -419,7 +418,7 @@ def _choose_triads(triads: list[Triad], sensor: str | None, notes: list[str]) ->
 
 
 def _find_meanings(table: Table) -> dict[int, Meaning]:
-    """Return what columns are of sensors; the file may list those of one without a known name."""
+    """Return the meanings of sensors' columns; the file may list those without a known name."""
     kind = "accel" if table.meta.unit in _ACCEL_UNITS else "gyro"
     listed = Meaning(kind, "", None)
     if table.names is None:

@@ -18,7 +18,7 @@ _MAX_LISTED: Final = 8
 class Triad(NamedTuple):
     """Columns of one sensor by their indices, in the order x, y, z whatever that of the file.
 
-    ``has_named_axes`` says whether the names tell the axes; there are fewer than three where the
+    ``has_named_axes`` is True if the names show the axes; there are fewer than three where the
     sensor has fewer, and more where names only count.
     """
 
@@ -31,11 +31,11 @@ class Triad(NamedTuple):
 
     @property
     def is_complete(self) -> bool:
-        """Whether there are three axes."""
+        """True if there are three axes."""
         return len(self.indices) == _AXES
 
     def matches(self, wanted: Sequence[str]) -> bool:
-        """Whether words name this sensor: its device, its stage, or words of its columns."""
+        """Return True if words name this sensor: its device, its stage, or words of its columns."""
         own = self.stem.split("_")
         return all(word in own or ROLES.get(word) == self.stage for word in wanted)
 
@@ -105,9 +105,9 @@ def _order_triads(triads: list[Triad]) -> list[Triad]:
 
 
 def _includes_gravity(linear: Triad, triads: list[Triad]) -> bool:
-    """Whether a linear acceleration has gravity in it, as in a message of ROS.
+    """Return True if a linear acceleration has gravity in it, as in a message of ROS.
 
-    That has an angular velocity beside it, where phones have a gyro.
+    Such a message also has an angular velocity, where phones have a gyro.
     """
     others = [triad for triad in triads if triad.kind == "accel" and triad.stage != "linear"]
     return not others and any(
@@ -116,7 +116,7 @@ def _includes_gravity(linear: Triad, triads: list[Triad]) -> bool:
 
 
 def _rank(triad: Triad) -> tuple[bool, int, int]:
-    """Return what orders sensors: three axes, a good stage, a low number."""
+    """Return the rank of a sensor: three axes, a good stage, a low number."""
     stage = triad.stage if triad.stage in STAGES else ""
     numbers = [int(word) for word in triad.device.split("_") if word.isdigit()]
     return not triad.is_complete, STAGES.index(stage), numbers[-1] if numbers else -1
@@ -200,7 +200,7 @@ def describe_others(chosen: Sequence[Triad], others: Sequence[Triad], label: str
 def describe_axes(triad: Triad, names: Sequence[str]) -> Iterator[str]:
     """Yield the sentence on three columns whose order alone makes axes of them."""
     if triad.is_complete and not triad.has_named_axes:
-        yield f"the names {', '.join(names)} tell no axes, so they are x, y, z in this order"
+        yield f"the names {', '.join(names)} show no axes, so they are x, y, z in this order"
 
 
 def _list_stems(triads: Sequence[Triad]) -> str:

@@ -46,7 +46,7 @@ class _Setting(NamedTuple):
 
     @property
     def remark(self) -> str:
-        """The unit, and whether the number is a bound only."""
+        """The unit, and a word if the number is a bound only."""
         return f"{self.unit}{self.doubt}"
 
     @property
@@ -131,7 +131,7 @@ class _Estimator:
 
 
 def list_undetermined(model: "NoiseModel", walk: bool = True) -> tuple[str, ...]:
-    """Return which coefficients of estimators a record does not determine, and what to record."""
+    """Return the undetermined coefficients of estimators, and advice for the next record."""
     return tuple(
         f"{term_of(model.quantity, field).name}: {_RECORDING_ADVICE[field]}"
         for field in (_FIELDS if walk else _FIELDS[:1])

@@ -58,9 +58,9 @@ class NoiseModel(Result):
     """Noise coefficients of a gyro at rest, in SI units.
 
     Each coefficient is kept as a `Coefficient`, a float with its standard error; plain numbers
-    are taken as exact, and 0 says that there is no such noise. A coefficient that is not given,
-    or None, is *unknown*: curves and simulations leave it out, exports say so instead of writing
-    a number, and its `conservative` value is infinite.
+    count as exact, and 0 means that there is no such noise. A coefficient that is not given, or
+    None, is *unknown*: curves and simulations leave it out, exports say so instead of writing a
+    number, and its `conservative` value is infinite.
 
     Parameters
     ----------
@@ -81,18 +81,18 @@ class NoiseModel(Result):
     sinusoid : sequence of Sinusoid
         Sines in the rate, any number of terms.
     quantity : {"angular rate", "acceleration", "unknown"}
-        What the sensor measures. With "acceleration" every rad is a metre:
-        `angle_random_walk` is the velocity random walk in m/s^2/sqrt(Hz), and so on. "unknown" is
-        of a record whose unit is not known: every rad/s is the unit of its samples, and nothing
-        is converted or exported but as JSON.
+        Quantity that the sensor measures. With "acceleration" every rad is a metre:
+        `angle_random_walk` is the velocity random walk in m/s^2/sqrt(Hz), and so on. "unknown"
+        belongs to a record without a known unit: every rad/s is the unit of its samples, nothing is
+        converted, and JSON is the only export.
     doubt : str
-        Why the numbers are not to be trusted, a sentence: of a record that moved or is too short,
-        `zerorate.allan` says so. Exports refuse such a model unless they are forced. Default none.
+        Reason not to trust the numbers, a sentence: `zerorate.allan` gives one for a record that
+        moved or is too short. Exports refuse such a model unless they are forced. Default none.
     low_pass : LowPass, optional
         Filter between noise and samples. The coefficients are those below its corner: the
         variance of a sample is less than N^2 times the rate.
     up_to : float, optional
-        Frequency in Hz below which the coefficients were read. Default: at all.
+        Frequency in Hz below which the coefficients were read. Default: all frequencies.
 
     Raises
     ------
@@ -151,7 +151,7 @@ class NoiseModel(Result):
 
     @property
     def band(self) -> str:
-        """What is known of the band of the coefficients, in words; empty for the whole of it."""
+        """Band of the coefficients, in words; empty for the whole of it."""
         if self.low_pass is not None:
             return f"{self.low_pass}: N is the density of the white noise below"
         if self.up_to is not None:
@@ -308,7 +308,7 @@ class NoiseModel(Result):
         return DiscreteSigmas(white.conservative * root * passed, walk.conservative / root)
 
     def __noise_densities__(self, sensor: str) -> tuple[float, float | None]:
-        """Tell a `NavigationFilter` white noise and walk of the bias of an axis of a sensor."""
+        """Return white noise and walk of the bias of a sensor's axis, for a `NavigationFilter`."""
         return densities(self, sensor)
 
     def _coefficients(self) -> Iterator[tuple[Term, Coefficient]]:

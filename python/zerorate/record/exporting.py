@@ -1,4 +1,4 @@
-"""What all functions say that write a text to a file if one is given, and that read such a text."""
+"""Shared docstrings of functions that write a text to a file if one is given, or read it."""
 
 import inspect
 import re
@@ -33,7 +33,7 @@ def document_export(
     suffix : str
         The one that files of this kind have by custom, if any.
     returned, faults : str
-        What several functions say alike of the text that is returned, and of faults: last lines of
+        Sentences on the returned text and on errors that several functions share: last lines of
         these sections.
     options : str
         Entries of options that several functions share, before ``force``.

@@ -1,4 +1,4 @@
-"""Which table and which figure show each result: registered in `zerorate.views`."""
+"""Tables and figures of each result, registered in `zerorate.views`."""
 
 from typing import Final
 
@@ -142,4 +142,5 @@ register(
         name: View(*(f"zerorate.show.{place}" for place in views))  # table, figure
         for name, views in VIEWS.items()
     },
+    columns="zerorate.show.columns:columns_of",
 )

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.numerals import format_with_error, shorten
+from zerorate.numerals import format_with_error, to_digits
 from zerorate.record.names import split_unit
 from zerorate.show.replay_grid import plot_replay_grid
 from zerorate.show.replay_panels import drop_outliers, find_certain_rest, mean_duration, rest_means
@@ -104,7 +104,7 @@ def _describe_end(replay: Replay, shown: int) -> str:
     has_sigma = replay.method == "auto"
     axis_texts = [
         f"{_short_axis_name(replay, i)} "
-        f"{format_with_error(bias[i], sigma[i]) if has_sigma else f'{bias[i]:.4g}'}"
+        f"{format_with_error(bias[i], sigma[i]) if has_sigma else f'{to_digits(bias[i], 4)}'}"
         for i in range(shown)
         if np.isfinite(bias[i])
     ]
@@ -187,7 +187,7 @@ def _axis_colour(i: int) -> str:
 
 
 def _short_axis_name(replay: Replay, i: int) -> str:
-    """Return what tells an axis from the others: "x" of "gyro_x"."""
+    """Return the part of an axis' name that differs from the others: "x" of "gyro_x"."""
     name = split_unit(replay.log.names[i])[0]
     return name.rpartition("_")[2] if replay.log.channels == 3 else name
 
@@ -216,7 +216,8 @@ def _make_caption(replay: Replay, shown: int, lost: Booleans) -> str:
     )
     if replay.method == "auto":
         sentences.append(
-            f"Dots: means of {shorten(mean_duration(replay))} s at rest, noisier than the bias."
+            f"Dots: means of {to_digits(mean_duration(replay), 2)} s at rest, noisier "
+            f"than the bias."
         )
     if replay.truth is not None:
         sentences.append(f"Dashed: the true bias, mean of {TRUTH_MEAN_S:g} s.")

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from zerorate.faults import render_text
-from zerorate.numerals import DASH, format_or_dash, format_with_error
+from zerorate.numerals import DASH, format_or_dash, format_with_error, to_digits
 from zerorate.record.names import split_unit
 from zerorate.show.tables import (
     Table,
@@ -131,7 +131,7 @@ def _source_name(replay: Summary) -> str:
 
 
 def _column_meanings(heads: Sequence[str], replay: Summary) -> dict[int, str]:
-    """Return what columns mean that do not say it, by their places."""
+    """Return the meanings of columns whose heads do not say it, by their indices."""
     horizons = tuple(f"{horizon:g} s, " for horizon in replay.horizons)
     meanings = {}
     for i, head in enumerate(heads):
@@ -221,7 +221,7 @@ def _format_number(value: float, spec: str) -> str:
 
 
 def _describe_noise(replay: Summary) -> str:
-    """Say that what is steady is the estimate: nobody shall take that for a quieter log."""
+    """Return a note that the steady curve is the estimate, and not a quieter log."""
     raw = [score.deviation for score in replay.scores if score.method == "raw"]
     ratios = [
         (split_unit(name)[0], after / before)
@@ -272,4 +272,8 @@ def _format_bias(replay: Summary, i: int) -> str:
 
 def _format_time_constant(replay: Summary, i: int) -> str:
     seconds = replay.time_constant[i]
-    return f"> {replay.header.duration:.4g}" if np.isinf(seconds) else format_or_dash(seconds)
+    return (
+        f"> {to_digits(replay.header.duration, 4)}"
+        if np.isinf(seconds)
+        else format_or_dash(seconds)
+    )

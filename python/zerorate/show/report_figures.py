@@ -28,13 +28,13 @@ _MAX_MARKED_SHARE: Final = 0.9
 
 
 def longest_duration(imu_list: tuple[Imu, ...]) -> float:
-    """Return how long the longest log of a recording is, s."""
+    """Return the duration of the longest log of a recording, s."""
     sensors = [sensor for imu in imu_list for sensor in imu.sensors]
     return max(1e-9, *(float(sensor.log.sampled[-1]) - sensor.start for sensor in sensors))
 
 
 def log_figures(reports: Sequence[tuple[str, Report]], seconds: float) -> Iterator[str]:
-    """Yield the figures of reports, side by side, whose anchors begin as is told."""
+    """Yield the figures of reports, side by side, whose anchors begin with a prefix."""
     steps = {
         "closer": "Closer",
         "wider": "Wider",

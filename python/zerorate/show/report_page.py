@@ -14,7 +14,7 @@ from zerorate.findings.external_settings import SECTION as ENTER
 from zerorate.findings.imus import find_imus
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.next_recording import SECTION as RECORD
-from zerorate.numerals import format_with_error
+from zerorate.numerals import format_with_error, to_digits
 from zerorate.record.devices import sensor_labels
 from zerorate.show.report_document import document
 from zerorate.show.report_figures import log_figures, longest_duration
@@ -39,9 +39,9 @@ if TYPE_CHECKING:
 
 _CODE_PATTERN: Final = re.compile("`([^`]*)`")
 _MAX_REPEATED: Final = 2
-"""Findings of one kind that are good, beyond which they are folded into one line."""
+"""Largest number of good findings of one kind that are not merged into one line."""
 _NOTE_SECTIONS: Final = (ENTER, RECORD)
-"""Sections whose lines are judged by no limit."""
+"""Sections whose lines have no limit."""
 _UNGROUPED_KINDS: Final = ("reading", "not identifiable")
 """Kinds whose sentences say different things."""
 _MAX_FINDINGS: Final = 12
@@ -87,7 +87,7 @@ def _short_text(report: Report, finding: Finding) -> str:
 
 
 def _group_urgent(report: Report) -> list[list[Finding]]:
-    """Return what is to act on and to look at, those of one kind together."""
+    """Return the findings to act on and to look at, those of one kind together."""
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in report.urgent_findings:
         kinds.setdefault((finding.severity, finding.kind), []).append(finding)
@@ -153,7 +153,7 @@ def _section_anchor(name: str) -> str:
 
 
 def _list_findings(findings: tuple[Finding, ...]) -> str:
-    """Return findings as a list, those of one kind and severity folded where they are many."""
+    """Return findings as a list, those of one kind and severity merged where they are many."""
     groups: dict[object, list[Finding]] = {}
     for index, finding in enumerate(findings):
         is_grouped = finding.kind not in _UNGROUPED_KINDS
@@ -178,7 +178,7 @@ def _collapse_group(findings: list[Finding]) -> str:
     kind, unit, severity = hidden[0].kind, hidden[0].unit, hidden[0].severity
     values = [finding.value for finding in hidden if finding.value is not None and unit]
     range_text = f", {_format_range(values)} {unit}" if values else ""
-    count = f"{len(hidden)} more" if first else f"{len(hidden)} alike"
+    count = f"{len(hidden)} more" if first else f"{len(hidden)} similar"
     return (
         f'{first}<li class="{severity}"><details><summary><b '
         f'class="{severity}">{severity}</b> {escape(kind)}: '
@@ -189,7 +189,7 @@ def _collapse_group(findings: list[Finding]) -> str:
 
 
 def _format_range(values: list[float]) -> str:
-    low, high = f"{min(values):.4g}", f"{max(values):.4g}"
+    low, high = f"{to_digits(min(values), 4)}", f"{to_digits(max(values), 4)}"
     return low if low == high else f"{low} to {high}"
 
 
@@ -273,4 +273,4 @@ def _limit_row(limit: Limit) -> str:
 
 def limit_text(value: float) -> str:
     """Return a limit as a table shows it, a dash where there is none."""
-    return f"{value:.3g}" if math.isfinite(value) else "–"
+    return f"{to_digits(value)}" if math.isfinite(value) else "–"

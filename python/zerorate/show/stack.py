@@ -66,7 +66,7 @@ class Stack:
     heights : sequence of float
         Of the rows of panels, mm.
     between : float
-        What is left free between rows besides, mm, as by `skip`.
+        Additional space between rows, mm, as by `skip`.
     colour : str
         Of the answer.
     """
@@ -103,7 +103,7 @@ class Stack:
             self.figure.text(*corner, "\n".join(lines), va="top", **look)
 
     def add(self, left: float = LEFT_MM, width: float = INNER_WIDTH_MM, last: bool = True) -> Axes:
-        """Return the next panel; one that is not the last of its row has others beside it."""
+        """Return the next panel; one that is not the last of its row has others next to it."""
         height = self._heights[0]
         panel = add_panel(
             self.figure, left, self.height - self._above - HEAD_HEIGHT_MM - height, width, height

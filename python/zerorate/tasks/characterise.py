@@ -1,4 +1,4 @@
-"""What ``zerorate allan`` does: the noise of gyros and accelerometers, from a log at rest."""
+"""Noise of gyros and accelerometers, from a log at rest: ``zerorate allan``."""
 
 from __future__ import annotations
 
@@ -182,13 +182,13 @@ def characterise(
     confidence : float
         Probability that the bounds hold the true deviation.
     markov : int
-        How many Markov terms to find.
+        Number of Markov terms to find.
     second_opinion : bool
         Estimate the coefficients from the spectrum as well.
     fix : bool
-        Put right a unit or axes of the gyro that a motion contradicts, where that is sure.
+        Correct a unit or axes of the gyro that a motion contradicts, where that is certain.
     progress : callable, optional
-        Called with a step's name and the fraction that is done. By default a bar in a notebook.
+        Called with a step's name and the fraction done. By default a bar in a notebook.
     **reading
         Arguments of `zerorate.read_recording`, for a source that is read.
 
@@ -200,7 +200,7 @@ def characterise(
     Raises
     ------
     LogError
-        If there is no sensor, the log has fewer than 20 samples, or a column none.
+        If there is no sensor, the log has fewer than 20 samples, or a column has none.
     ValueError
         If an argument is not as described.
 
@@ -405,7 +405,7 @@ def _worst_model(sensors: Sequence[Characterisation], quantity: str) -> NoiseMod
 
 
 def files_of(result: Characterised, **exports: Any) -> Files:  # noqa: ANN401
-    """Return what a characterisation is saved as: curves, exports and a figure.
+    """Return the files of a characterisation: curves, exports and a figure.
 
     `exports`: arguments of `export_texts`; ValueError if one is refused.
     """
@@ -416,7 +416,7 @@ def files_of(result: Characterised, **exports: Any) -> Files:  # noqa: ANN401
 
 
 def files_with(found: Characterised, exports: Mapping[str, str]) -> Files:
-    """Return what a characterisation is saved as, with these texts of exports by their names."""
+    """Return the files of a characterisation, with these texts of exports by their names."""
     curves = [one.curve for one in found.sensors]
     writers: list[Writer] = [lambda path: write_curves(curves, path)]
     writers += map(text_writer, exports.values())

@@ -1,4 +1,4 @@
-"""Units, signs and axes of a recording's sensors, judged by its motion: `zerorate.check`."""
+"""Units, signs and axes of a recording's sensors, checked by its motion: `zerorate.check`."""
 
 from __future__ import annotations
 
@@ -17,11 +17,12 @@ def check(
     scale_errors: bool = True,
     **reading: Unpack[ReadingArguments],
 ) -> Checks:
-    """Find what motion shows of the units, signs and axes of a recording's sensors.
+    """Check the units, signs and axes of a recording's sensors against its motion.
 
-    The gyro turns the accelerometer's force through the motion: if its unit and its axes are right,
-    and no others, gravity is constant there. So it is with a magnetometer's field. What motion
-    cannot show is left open, and nothing is corrected. Every task does this before it begins.
+    The accelerometer's force is rotated by the gyro: only if unit and axes of the gyro are right,
+    gravity is constant in the fixed frame. The same holds for a magnetometer's field. Quantities
+    that the motion does not show are left open, and nothing is corrected. Every task does this
+    check first.
 
     Parameters
     ----------
@@ -31,15 +32,15 @@ def check(
         Names of logs: ``"gyro_1"`` and so on; default the only gyro, and the accelerometer of its
         device. ``sensor="imu2"`` chooses both by the name of their device.
     scale_errors : bool
-        Look for scale errors and a delay of the gyro as well. Default yes.
+        Look for scale errors and a delay of the gyro, too. Default yes.
     **reading
         Arguments of `zerorate.read_recording`, for a source that is read.
 
     Returns
     -------
     Checks
-        Findings on gyro and magnetometer; ``table()`` shows them, ``apply(recording)`` puts right
-        what is exact.
+        Findings on gyro and magnetometer; ``table()`` shows them, ``apply(recording)`` applies the
+        exact corrections.
 
     Raises
     ------

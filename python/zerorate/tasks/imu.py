@@ -27,7 +27,7 @@ from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
 _MAX_CHECKED_SAMPLES: Final = 1 << 20
-"""Samples that the preparation judges: of three hours at 100 Hz."""
+"""Samples that the preparation checks: three hours at 100 Hz."""
 _AXES: Final = 3
 
 
@@ -105,7 +105,7 @@ class Imu:
         return str(self.gyro.header.meta.get("source", "the log"))
 
     def prepare_sensors(self, choices: Choices) -> Imu:
-        """Return the sensors after the preparation has judged their beginning.
+        """Return the sensors after the preparation of their beginning.
 
         What it puts right there is put right in every block.
         """

@@ -1,4 +1,4 @@
-"""What a task is given: a recording, the path of one, a frame or arrays, all taken alike."""
+"""Sources of a task: a recording, the path of one, a frame or arrays, all treated the same."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class ReadingArguments(UnscaledArguments, total=False):
 def split_options(
     options: Mapping[str, Any], table: Mapping[str, object]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return what options say of reading, and what is in a table of options of a filter.
+    """Split options into those of reading, and those in a table of options of a filter.
 
     Raises
     ------
@@ -180,7 +180,7 @@ def sensor_ending(sensor: str | None) -> str:
 
 
 def unique_stems(sources: Sequence[str]) -> list[str]:
-    """Return what the files of each source begin with; ValueError where two would be the same.
+    """Return the stems of the files of each source; ValueError where two would be the same.
 
     Examples
     --------

@@ -111,9 +111,7 @@ def to_ardupilot(
     names = [f"COMPASS_{kind}{number}_{axis}" for kind in ("OFS", "DIA", "ODI") for axis in _AXES]
     values = [*(-offset), *np.diagonal(matrix), *(matrix[i, j] for i, j in _PAIRS)]
     lines = [
-        *_header_lines(
-            calibration, "ArduPilot: offsets of a compass in milligauss, scales beside them."
-        ),
+        *_header_lines(calibration, "ArduPilot: offsets of a compass in milligauss, and scales."),
         *(f"{name},{float(value)!r}" for name, value in zip(names, values, strict=True)),
     ]
     return write_text("\n".join(lines) + "\n", path, force)

@@ -1,4 +1,4 @@
-"""What a fit of a magnetometer says: coefficients, their errors, and advice."""
+"""Result of a magnetometer's fit: coefficients, their errors, and advice."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def gyro_result(
 
 
 def _field_residuals(ticks: Ticks, choice: IronChoice) -> Floats:
-    """Return what is left of the field in each second, its own being that of the nearest fit."""
+    """Return the residual field of each second, relative to the field of the nearest fit."""
     group = np.zeros(ticks.n, dtype=np.int64)
     for span in choice.spans:
         group[span.tick_indices(ticks)] = span.group

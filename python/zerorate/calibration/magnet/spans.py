@@ -30,7 +30,7 @@ class Span:
     start, stop
         Seconds since the first sample.
     kind
-        "informative", "still" (too little turning to tell the iron) or "disturbed".
+        "informative", "still" (too little rotation for the iron) or "disturbed".
     group
         Which of the hard irons is its own.
     """
@@ -108,7 +108,7 @@ def _fit_member(ticks: Ticks, spans: list[Span], which: tuple[int, ...]) -> _Mem
 
 
 def _merge_members(ticks: Ticks, spans: list[Span], members: list[_Member]) -> list[_Member]:
-    """Merge the two nearest groups until none are alike: a magnet that goes leaves the old iron."""
+    """Merge the two nearest groups until all differ: a magnet that goes leaves the old iron."""
     members = list(members)
     while len(members) > 1:
         pairs = [

@@ -288,7 +288,7 @@ def _shift_reference(c: Floats, shift: float) -> Floats:
 
 
 def _range_comments(model: TemperatureModel) -> list[str]:
-    """Return what a reader of the file must know."""
+    """Return the comments that a reader of the file needs."""
     low, high = model.range
     lines = [f"# Of {low:.1f} to {high:.1f} degC; beyond, the bias at the end of that is used."]
     if not any(model.degrees):

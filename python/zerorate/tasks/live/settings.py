@@ -1,4 +1,4 @@
-"""What a stream is asked for: its filter, and what its lines hold."""
+"""Settings of a stream: its filter, and the contents of its lines."""
 
 import base64
 from collections.abc import Mapping, Sequence
@@ -56,7 +56,7 @@ _AXES: Final = 3
 
 @dataclass(frozen=True, init=False)
 class Settings:
-    """The filter of a stream, and what its lines hold: the same after a restart.
+    """The filter of a stream, and the contents of its lines: the same after a restart.
 
     Parameters
     ----------
@@ -72,15 +72,15 @@ class Settings:
         Of the channels, where a header line does not say it. If it is known, `rest_limit` is
         10 deg/s and `bias_limit` 20 deg/s unless they are given; None is no limit.
     data_scale : float, optional
-        What samples are multiplied by, such as raw counts; the unit is the one they have then.
+        Factor of the samples, such as raw counts; the unit is that of the product.
     sequence : str or int, optional
         Column of the sequence number; None for no such column.
     sequence_bits : int, optional
         Width of the counter that numbers the samples; None if it is to be learned.
     accel_columns : tuple of str or int, optional
-        Those of an accelerometer, x, y, z, which tells the filter of motion, as in a replay, and
-        passes through. By default those that a header line names like the one of the gyro; none if
-        empty.
+        Columns of an accelerometer, x, y, z, which detects motion for the filter, as in a replay,
+        and passes through. By default those that a header line names like the one of the gyro; none
+        if empty.
     time : str or int, optional
         Column of the time of each sample: samples that its gaps show are missing.
     time_unit : str, optional
@@ -142,7 +142,7 @@ class Settings:
             raise ArgumentError("accel_columns", f"takes three columns, got {len(accel_columns)}")
         filter_options = check_options(options)
         # Written out, so that it is the same setting whether given or not, but for the limits: what
-        # they are by default depends on the unit, which a header line may tell.
+        # they are by default depends on the unit, which a header line may state.
         params: Mapping[str, Any] = DriftFilter(rate, **filter_options).params
         settled = params.keys() - (REST_LIMITS.keys() - filter_options.keys())
         stored_options = {name: params[name] for name in FILTER_OPTIONS if name in settled}
@@ -295,7 +295,7 @@ def _unit_of_accel(layout: Layout, accel: tuple[int, ...]) -> str | None:
 
 
 def _restore_motion(saved: Mapping[str, Any], rate: float) -> MotionDetector[bool] | None:
-    """Return what a checkpoint holds that sees motion; None if it is of another rate."""
+    """Return the motion detector of a checkpoint; None if it is of another rate."""
     detector = restore_filter(
         MotionDetector.from_bytes, base64.b64decode(saved["motion"], validate=True)
     )

@@ -15,7 +15,7 @@ _BLOCK_ROWS: Final = 1 << 15
 
 
 def motion_of(accel: LogFile, gyro: LogFile) -> Booleans:
-    """Return where the body of a gyro is known to move, shape (n,), from its accelerometer.
+    """Return the mask of known motion of a gyro's body, shape (n,), from its accelerometer.
 
     Both are on clocks of the same zero. What the accelerometer showed last holds until it shows
     more; before its first sample nothing is known.

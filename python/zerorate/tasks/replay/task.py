@@ -1,4 +1,4 @@
-"""What ``zerorate replay`` does: the bias of a gyro, sample by sample as live."""
+"""Bias of a gyro, sample by sample as live: ``zerorate replay``."""
 
 from __future__ import annotations
 
@@ -67,15 +67,15 @@ def replay(
     Parameters
     ----------
     source : Recording, Log, path, data frame or mapping of arrays
-        With a gyro. An accelerometer of three axes shows when the body moves.
+        With a gyro. An accelerometer of three axes detects motion.
     method : str
         Method of `zerorate.DriftFilter`; default the one that tunes itself.
     methods : sequence of str or "all"
         Methods to compare it with.
     accel : bool or Log
-        False leaves the accelerometer alone; a Log is the accelerometer.
+        False ignores the accelerometer; a Log is the accelerometer.
     calibration : Calibration or path, optional
-        Taken off the gyro first.
+        Calibration to correct the gyro with, first.
     fix : bool
         Put right a unit or axes of the gyro that the motion contradicts, where that is sure.
     truth : array_like or path, optional
@@ -95,7 +95,7 @@ def replay(
     Returns
     -------
     Replay
-        The filtered log, scores, what was learned; `table`, `plot`, `save`.
+        The filtered log, scores, learned parameters; `table`, `plot`, `save`.
 
     Raises
     ------
@@ -162,7 +162,7 @@ def replay_to_file(
     Parameters
     ----------
     source : Recording, Log, LogFile, path, data frame or mapping of arrays
-        As of `replay`. The checks judge the first million samples.
+        As of `replay`. The checks use the first million samples.
     path : path
         The file to write, whole or not at all.
     method, methods, accel, calibration, fix, horizons, progress, **options
@@ -211,7 +211,7 @@ def replay_to_file(
 
 @dataclass(frozen=True)
 class _ReplayRequest:
-    """What is asked of the filters, and of the reader."""
+    """Request to the filters and to the reader."""
 
     methods: tuple[str, ...]
     horizons: Sequence[float]
@@ -226,7 +226,7 @@ class _ReplayRequest:
         horizons: Sequence[float],
         arguments: Mapping[str, Any],
     ) -> Self:
-        """Return what was given, sorted and checked."""
+        """Return the request of the arguments, sorted and checked."""
         reading = {name: value for name, value in arguments.items() if name in _READING_OPTIONS}
         options = {name: value for name, value in arguments.items() if name not in _READING_OPTIONS}
         if "data_scale" in options:
@@ -268,6 +268,6 @@ def _load_imu(
 
 
 def files_of(result: Replay, *, panels: Panels = "usual") -> Files:
-    """Return what a replay is saved as: the filtered log and a figure."""
+    """Return the files of a replay: the filtered log and a figure."""
     figure = figure_writer(lambda: result.plot(panels))
     return Files("-zerorate", "", [lambda path: write_log(result.to_log(), path)], (), {"": figure})
