@@ -85,11 +85,8 @@ def _frames(estimate: AttitudeEstimate) -> dict[str, Any]:
 def _as_list(values: Floats) -> list[Any]:
     """Return numbers of few digits as JSON has them, null for what is not finite."""
     rounded = np.round(values, _DIGITS)
-    if rounded.ndim == 2:
-        finite = np.isfinite(rounded).all(axis=1)
-        rows = zip(rounded.tolist(), finite, strict=True)
-        return [row if is_known else None for row, is_known in rows]
-    return [x if np.isfinite(x) else None for x in rounded.tolist()]
+    finite = np.isfinite(rounded).reshape(len(rounded), -1).all(axis=1)
+    return [row if finite[i] else None for i, row in enumerate(rounded.tolist())]
 
 
 def _bits(mask: Any, rows: Integers) -> str:  # noqa: ANN401
