@@ -106,7 +106,7 @@ def autocorrelation(z: npt.ArrayLike, lags: int) -> Correlogram:
 def compute_correlations(record: Floats, lags: int, wanted_lags: int = 0) -> Correlations:
     """Return autocorrelations of a record whose samples differ.
 
-    At lags up to `lags`, or up to `wanted_lags` as far as there are products so far apart.
+    At lags up to `lags`, or up to `wanted_lags` as far as there are products at such lags.
     """
     check_width(lags, "lags")
     if lags >= record.size:

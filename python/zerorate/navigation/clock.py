@@ -44,7 +44,7 @@ _OFFSET_SIGMA_S: Final = 0.3
 _RATE_PRIOR: Final = 1e-3
 _UNKNOWN_ANTENNA_M: Final = 1.0
 _STATED_ANTENNA_M: Final = 0.05
-"""What is known before: of offsets, of their rate, of an antenna's place that is stated or not."""
+"""Prior sigmas: of offsets, of their rate, of an antenna's position, stated or not."""
 _FIRST_GUESS_S: Final = 150.0
 """Seconds that suffice for a first guess."""
 _COST_ROUGHNESS: Final = 4.0
@@ -117,7 +117,7 @@ def find_time_offset(
     -----
     Gauss and Newton's steps on the normalised innovations, which count less beyond three robust
     standard deviations, after the first 20 s. A clock and an antenna forward of the sensors are the
-    same at constant speed: what the record does not separate is filled by what is known before
+    same at constant speed: what the record does not separate is filled by the prior
     (0.3 s, 1e-3, 1 m), and the standard deviations grow. Slopes are those forward times those
     backward, whose noise has nothing in common. A position or a velocity beyond six deviations is
     left out if the next is not as large to the same side. Deviations are at least those of

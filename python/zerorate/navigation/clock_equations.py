@@ -63,7 +63,7 @@ class Weights:
 
 @dataclass(frozen=True, eq=False)
 class ClockEquations:
-    """Sums over blocks of ten seconds, in units of what is known before each number."""
+    """Sums over blocks of ten seconds, in units of each number's prior sigma."""
 
     weights: Weights
     free: Integers
@@ -141,7 +141,7 @@ class ClockEquations:
 
     @property
     def _information(self) -> Floats:
-        """Curvature, not below 0 in any direction, and what is known before."""
+        """Curvature, not below 0 in any direction, with the prior."""
         values, vectors = np.linalg.eigh(self.curvature)
         information: Floats = (vectors * np.maximum(values, 0.0)) @ vectors.T + self._prior
         return information

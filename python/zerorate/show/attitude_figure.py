@@ -330,7 +330,7 @@ def _draw_elements(panel: Axes, course: _Course, elements: _Elements, drawn: _El
 
 
 def _fit_scale(panel: Axes, values: Floats, sigmas: Floats) -> None:
-    """Scale a panel to what is known after the first tenth."""
+    """Scale a panel to the estimates after the first tenth."""
     late = slice(len(values) // 10, None)
     low = float(np.nanmin((values - BAND_SIGMAS * sigmas)[late]))
     high = float(np.nanmax((values + BAND_SIGMAS * sigmas)[late]))

@@ -387,7 +387,7 @@ def _draw_bias(panel: Axes, track: Track, times: Floats, values: Floats, sigma: 
         draw_with_sigma(panel, times[rows], values[rows, i], sigma[rows, i], colour, name)
     navigating = np.flatnonzero(track.navigating)
     if navigating.size:
-        # Scaled to what is known after the first tenth.
+        # Scaled to the estimates after the first tenth.
         late = rows[rows >= navigating[navigating.size // 10]]
         if late.size:
             low = float(np.nanmin((values - BAND_SIGMAS * sigma)[late]))

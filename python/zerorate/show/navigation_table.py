@@ -1,4 +1,4 @@
-"""A track as plain text: its fixes, what is known at the end; errors after outages."""
+"""A track as plain text: its fixes, the estimates at the end; errors after outages."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _ROW_NAMES: Final = {"smoothed": "smoothed, largest inside"}
 def format_track(track: Track, *, nis: Floats | None = None) -> str:
     """Return the tables of a track, at most `WIDTH` columns wide.
 
-    What became of the fixes, how long the filter did what, what is known at the end with its
+    Counts of the fixes, durations of each status, the estimates at the end with their
     standard deviations, notes.
 
     `nis`: what `Track.nis` returned.

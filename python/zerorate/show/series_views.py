@@ -287,7 +287,7 @@ def _draw_panel(axes: Axes, panel: _Panel, rate: float | None) -> str:
             )
     axes.set_ylabel(panel.label)
     if panel.sigma is not None and n:
-        # What is known at the start would hide all that comes after.
+        # The estimates at the start would hide all later ones.
         spread = 2.0 * panel.sigma
         low, high = (
             np.nanquantile(panel.values + sign * spread, part) for sign, part in _BAND_QUANTILES

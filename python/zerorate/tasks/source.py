@@ -21,7 +21,7 @@ Source: TypeAlias = Recording | Log | LogSource
 
 
 class UnscaledArguments(TypedDict, total=False):
-    """Arguments of `zerorate.read_recording` that every task takes for what it reads."""
+    """Arguments of `zerorate.read_recording` that every task takes for its sources."""
 
     rate: float | None
     columns: Columns | Mapping[str, Columns]

@@ -261,7 +261,7 @@ def joint_fit(observations: Observations, prior: Prior, start: Fit | None = None
     observations
         Rests and turns.
     prior
-        What is known before; the start, unless there is a better one.
+        Prior; also the start, unless there is a better one.
     start
         An earlier fit to start at, of other rests and turns too.
 

@@ -27,7 +27,7 @@ _FORMULA: Final = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")
 
 
 def make_inert(text: str) -> str:
-    """Return a text as a cell that no spreadsheet takes for a formula, by an apostrophe before it.
+    """Return a text as a cell that no spreadsheet reads as a formula, by an apostrophe before it.
 
     The characters are those that OWASP names under "CSV Injection".
     """

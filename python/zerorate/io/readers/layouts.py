@@ -98,7 +98,7 @@ def find_layout(raw: bytes, names: tuple[str, ...] | None = None) -> tuple[Layou
         column_names, at = _find_header(cells, body, at)
         if column_names is None and all(cell in MISSING or is_value(cell) for cell in cells[at]):
             notes = (_begun(body[at]),)
-        # A space below the names is not what stands among the rows when a device is started anew.
+        # A space below the names is not what stands among the rows when a device is restarted.
         header = body[at].text if any(cells[at]) else None
     column_names = column_names and _mark_empty_times(column_names, cells[at_row:])
     layout = Layout(

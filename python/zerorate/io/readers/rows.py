@@ -78,7 +78,9 @@ def make_content(tables: Mapping[str, Table]) -> Content:
     def topic(wanted: str | None) -> str:
         if wanted is not None:
             if wanted not in tables:
-                raise LogError(f"there is no topic '{wanted}'; it has: {', '.join(tables)}", "topic")
+                raise LogError(
+                    f"there is no topic '{wanted}'; it has: {', '.join(tables)}", "topic"
+                )
             return wanted
         return next((name for name, table in tables.items() if _has_kind(table, "gyro")), first)
 
