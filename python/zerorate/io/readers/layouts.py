@@ -293,9 +293,8 @@ def _describe_width(cells: list[str], row: list[str], line: int, row_line: int) 
     if len(row) == 2 * len(cells) and all(parse_whole(cell) is not None for cell in row):
         return (
             f"{sentence} {len(row)} whole numbers: they are written with a decimal comma, "
-            "which cannot "
-            "be told from the commas between cells; write semicolons between cells, or decimal "
-            "points"
+            "which cannot be distinguished from the commas between cells; write semicolons "
+            "between cells, or decimal points"
         )
     return f"{sentence} {len(row)} cells{_REMEDY}"
 

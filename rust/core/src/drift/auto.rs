@@ -111,9 +111,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.estimate
     }
 
-    /// Standard deviation of the mean drift over the next ten seconds about it; as long as what is
-    /// the assumed rest may be motion, no less than a motion of the size of the samples would be
-    /// off.
+    /// Standard deviation of the mean drift over the next ten seconds about it; while the assumed
+    /// rest may be motion, no less than the error of a motion of the samples' size.
     pub fn bias_sigma(&self) -> T {
         self.cautious(self.own_sigma(self.sigma))
     }
