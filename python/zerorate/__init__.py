@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from zerorate import navigation as navigation
     from zerorate import noise as noise
     from zerorate import record as record
+    from zerorate import schemas as schemas
     from zerorate import simulation as simulation
     from zerorate import tasks as tasks
     from zerorate import units as units
@@ -94,7 +95,7 @@ if TYPE_CHECKING:
 _LAZY_EXPORTS: Final = {
     "": (
         "array attitude calibration checks datasets denoising findings foot geometry "
-        "identification io linear metrics navigation noise record simulation tasks units"
+        "identification io linear metrics navigation noise record schemas simulation tasks units"
     ),
     "_native": (
         "Attitude DriftFilter FootFilter GyroArray ImuCorrector LinearKalman "

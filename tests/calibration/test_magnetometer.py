@@ -231,7 +231,7 @@ def test_exports(found):
     unknown = replace(mag, hard_iron=(hidden, *others))
     with pytest.raises(ValueError, match="hard iron's x is not known"):
         unknown.to_px4()
-    assert "# WARNING: the hard iron's x is not known" in unknown.to_px4(force=True)
+    assert "# WARNING: the hard iron's x is not known" in unknown.to_px4(doubtful=True)
     with pytest.raises(ValueError, match="none of a magnetic field"):
         replace(mag, unit="1").to_ardupilot()
 

@@ -290,11 +290,15 @@ class TestCalibrate:
         }
         log = write_table(tmp_path / "two.csv", columns)
         code, _, errors = cli(log, "-o", out, "--no-figure")
-        assert code == 1
-        check_line(errors, "two.csv: the recording has 2 logs of gyro: gyro, gyro_1; choose one, ")
-        assert errors.endswith("such as --gyro gyro\n")
+        assert code == 2
+        check_line(errors, "two.csv: there are 2 IMUs: imu1, imu2; choose one, ")
+        assert errors.endswith("such as --sensor imu1\n")
+        assert cli(log, "-o", out, "--no-figure", "--sensor", "imu2")[0] == 0
+        of_sensor = out / "two-zerorate-calibration-imu2.json"
         assert cli(log, "-o", out, "--no-figure", "--gyro", "gyro_1")[0] == 0
         found = zr.Calibration.from_json(out / "two-zerorate-calibration.json")
+        named = zr.Calibration.from_json(of_sensor)
+        np.testing.assert_array_equal(named.values, found.values)
         np.testing.assert_allclose(found.values, zr.calibrate(session.recording).values, rtol=1e-6)
         cal = out / "two-zerorate-calibration.json"
         assert cli("--apply", cal, log, "-o", out, "--gyro", "gyro_1")[0] == 0

@@ -29,7 +29,7 @@ def test_a_page_and_its_numbers_are_written(cli, tmp_path):
     code, out, err = cli(log(tmp_path), "--unit", "deg/s", "-o", tmp_path / "out")
     assert (code, err) == (0, "")
     assert names(tmp_path / "out") == [f"{STEM}.html", f"{STEM}.json"]
-    assert "run.csv: Nothing in this log passes a limit." in out
+    assert "run.csv: All within limits: " in out
     content = json.loads((tmp_path / "out" / f"{STEM}.json").read_text())
     assert content["findings"][0]["kind"] == "sensor"
 

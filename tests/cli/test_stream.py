@@ -100,6 +100,39 @@ def test_a_log_of_ours_begins_with_a_comment_and_is_filtered(tmp_path):
     assert answers[0] == lines[1]
 
 
+def test_rate_and_unit_of_a_first_line_are_taken(tmp_path):
+    head = "# rate: 100 Hz, unit: deg/s"
+    expected = streamed(["wx,wy", *LINES], *RATE, "--unit", "deg/s")
+    assert (
+        streamed(
+            [head, "wx,wy", *LINES],
+        )
+        == expected
+    )
+    other = streamed([head, "wx,wy", *LINES], "--unit", "rad/s")
+    assert other == streamed(["wx,wy", *LINES], *RATE, "--unit", "rad/s")
+    path = tmp_path / "lines.txt"
+    path.write_text("\n".join([head, "wx,wy", *LINES]) + "\n")
+    assert streamed([], str(path)) == expected
+
+
+def test_a_calibration_is_read_from_its_file(tmp_path):
+    session = zr.simulation.simulate_session(12, seed=3)
+    path = tmp_path / "cal.json"
+    path.write_text(session.truth.to_json())
+    rows = session.recording.gyro.data[:200]
+    head = ",".join(f"gyro_{a}_dps" for a in "xyz")
+    code, answers, _ = streamed([head, *lines_of(rows)], *RATE, "--calibration", path)
+    plain = streamed([head, *lines_of(rows)], *RATE)[1]
+    assert (code, len(answers)) == (0, 201)
+    assert answers != plain
+    for options in (
+        ("--calibration", tmp_path / "none.json"),
+        ("--calibration", path, "--attitude"),
+    ):
+        assert streamed([head], *RATE, *options)[0] != 0
+
+
 def test_what_is_garbled_before_the_first_line_is_told_and_passed_over():
     code, answers, errors = streamed(["0.5,0.2", "0.5"], *RATE, "--fields", "1")
     assert (code, len(answers)) == (0, 1), errors

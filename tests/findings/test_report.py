@@ -44,7 +44,8 @@ def kinds(table, severity):
 def test_a_clean_log_passes_no_limit():
     found = zr.report(zr.simulate_motion("hand", duration=60.0).recording())
     assert (found.count("act"), found.count("look")) == (0, 0)
-    assert found.summary == "Nothing in this log passes a limit."
+    count = sum(one.severity == "good" and one.value is not None for one in found.findings)
+    assert found.summary.startswith(f"All within limits: {count} numbers of clock, samples, rest")
     assert kinds(columns(imus=2), "act") | kinds(columns(imus=2), "look") == set()
 
 
@@ -164,6 +165,39 @@ def test_the_page_of_limits_is_the_table():
     for name, one in LIMITS.items():
         cells = (name, one.what, limit_text(one.look), limit_text(one.act), one.unit, one.source)
         assert f"| {' | '.join(cells)} |" in page, name
+
+
+def test_every_limit_of_our_own_has_a_reason():
+    assert {one.source for one in LIMITS.values() if len(one.source) < len("own: one")} == set()
+
+
+def test_lost_samples_are_counted_once():
+    table = columns()
+    kept = np.ones(N, dtype=bool)
+    kept[1000:1050] = kept[3000:3020] = False
+    found = zr.report(zr.read_recording({name: column[kept] for name, column in table.items()}))
+    (gaps,) = [one for one in found.findings if one.kind == "gaps"]
+    assert "1.2 % of samples are lost in 2 gaps" in gaps.text
+    others = [one.text for one in found.findings if one.section == gaps.section and one != gaps]
+    assert not any("missing" in text or "regular" in text or "gap" in text for text in others)
+
+
+def test_a_log_without_stamps_is_worth_a_look():
+    table = {name: column for name, column in columns().items() if name != "time_s"}
+    found = zr.report(zr.read_recording(table, rate=100.0))
+    (one,) = [one for one in found.findings if one.kind == "no stamps"]
+    assert (one.severity, "lost samples do not show" in one.text) == ("look", True)
+
+
+def test_all_imus_are_compared_and_the_odd_one_of_six_has_its_name():
+    table = columns(imus=6)
+    table["imu4_gyro_x_dps"] = table["imu4_gyro_x_dps"] + 7.0
+    found = zr.report(zr.read_recording(table)).findings
+    pairs = [one for one in found if one.kind == "gyros differ"]
+    assert len(pairs) == 15
+    assert sum(one.severity == "act" for one in pairs) == 5
+    (odd,) = [one for one in found if one.kind == "odd one"]
+    assert odd.text.startswith("Of 6 IMUs, imu4 is the odd one by the gyro's bias: at least 6.99")
 
 
 @needs_recordings

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from zerorate.calibration.magnet.exports import to_ardupilot, to_px4
 from zerorate.calibration.magnet.fit import BASIS
-from zerorate.calibration.magnet.spans import Span
+from zerorate.calibration.magnet.spans import Span, list_iron_changes
 from zerorate.calibration.parameters import Matrix, Vector
 from zerorate.faults import ArgumentError
 from zerorate.noise.coefficient import Coefficient
@@ -153,6 +153,12 @@ class MagnetometerCalibration(Result):
         total = sum(span.stop - span.start for span in self.spans)
         disturbed_s = sum(s.stop - s.start for s in self.spans if s.kind == "disturbed")
         return disturbed_s / total if total else 0.0
+
+    @property
+    def iron_changes(self) -> tuple[tuple[float, float], ...]:
+        """Start, on the clock of `spans`, and size, in `unit`, of each change of the hard iron."""
+        irons = [group.hard_iron for group in self.groups]
+        return tuple(list_iron_changes(self.spans, irons))
 
     def apply(
         self, samples: Recording | npt.ArrayLike, time: npt.ArrayLike | None = None

@@ -25,7 +25,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record.recording import Recording
 from zerorate.types import Booleans, Floats
 from zerorate.units import UNITS, convert
@@ -106,7 +106,7 @@ def mask_impossible_rates(recording: Recording, gyro: str) -> tuple[Recording, t
     largest = math.degrees(float(np.nanmax(np.abs(convert(log.data[mask], log.unit, "rad/s")))))
     alarm = (
         f"{', '.join(log.names)}: {count} of {log.n} samples are impossible and left out: up to "
-        f"{to_digits(largest, 4)} deg/s, the first at {log.sampled[int(np.argmax(mask))]:.6g} s"
+        f"{shorten(largest, 4)} deg/s, the first at {log.sampled[int(np.argmax(mask))]:.6g} s"
     )
     data = np.where(mask[:, np.newaxis], np.nan, log.data)
     return replace(recording, logs={**recording, gyro: replace(log, data=data)}), (alarm,)

@@ -8,11 +8,13 @@ from typing import Annotated, Any, ClassVar, Final, cast, get_args
 
 from zerorate.cli.errors import DataFault, UsageFault
 from zerorate.cli.options import (
+    EXPORT_PANEL,
     OUTPUT,
     RECORDING,
+    Doubtful,
     FigureFormat,
     Fix,
-    ForceExports,
+    Force,
     NoFigure,
     Output,
 )
@@ -108,7 +110,7 @@ class _Analysis:
 class _Exports:
     """Options of files for other programs."""
 
-    panel: ClassVar = "Exports for other programs"
+    panel: ClassVar = EXPORT_PANEL
 
     export: str | None = option(
         None,
@@ -122,6 +124,11 @@ class _Exports:
     per_sample: bool = option(
         False, "For vins: deviations per sample, as its arithmetic takes them, not densities."
     )
+
+    bounds: bool = option(
+        True, "Export the upper bound of a number that the log does not determine."
+    )
+    doubtful: Doubtful = False
 
     def names(self) -> list[str]:
         """Return the names of the exports; ValueError for options that none of them uses."""
@@ -140,7 +147,7 @@ class _Written:
     )
     figure_format: FigureFormat = None
     no_figure: NoFigure = False
-    force: ForceExports = False
+    force: Force = False
 
     def parts(
         self, logs: Sequence[Path], reading: Reading, exports: Sequence[str]
@@ -179,7 +186,8 @@ def allan(
     typed: dict[str, Any] = {
         "inflate": exports.inflate,
         "per_sample": exports.per_sample,
-        "forced": force,
+        "bounds": exports.bounds,
+        "doubtful": exports.doubtful,
     }
     results: dict[str, Characterised] = {}
     refused: list[str] = []
@@ -195,7 +203,7 @@ def allan(
         results[_unique(part.title(len(logs) > 1), results)] = result
         if len(logs) == 1:
             part.print_title()
-            print_result(result, files, _left_out(result, [] if force else [*texts]))
+            print_result(result, files, _left_out(result, [*texts], exports.bounds))
     if len(logs) > 1:
         logs_together = Characterisations(results)
         draw_overlay(logs_together, overlay, force)
@@ -209,9 +217,9 @@ def _unique(title: str, taken: Mapping[str, object]) -> str:
     return title if title not in taken else f"{title} ({len(taken) + 1})"
 
 
-def _left_out(result: Characterised, exports: Sequence[str]) -> str:
-    """Return the numbers that exports lack: after the notes, or as a paragraph of its own."""
-    left_out = describe_missing_numbers(result, exports)
+def _left_out(result: Characterised, exports: Sequence[str], bounds: bool) -> str:
+    """Return the numbers that the log does not determine: after the notes, or a paragraph."""
+    left_out = describe_missing_numbers(result, exports, bounds)
     if not left_out:
         return ""
     return bullet_list(left_out) if result.notes else f"\n{bullet_list(left_out)}"

@@ -10,6 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from zerorate.attitude.options import ATTITUDE_METHODS, ATTITUDE_OPTIONS
 from zerorate.cli.filter_options import TableOptions
 from zerorate.cli.options import (
+    OUTPUT,
     AccelName,
     CalibrationOption,
     ClippedOption,
@@ -123,6 +124,10 @@ def attitude(
     fix: Fix = False,
     written: LogAndFigure,
     tum: Tum = False,
+    view: Annotated[
+        bool,
+        Option("Write a page that shows the body in 3D, with a slider for the time.", panel=OUTPUT),
+    ] = False,
 ) -> None:
     """Estimate the orientation of a body from gyro, accelerometer and, if present, magnetometer.
 
@@ -130,13 +135,13 @@ def attitude(
     and the learned errors of the gyro; prints a table, with errors if there is a reference.
     """
     place = written.place(f"{log.stem}-zerorate-attitude")
-    files = partial(written.at, others=(".tum",) if tum else ())
+    files = partial(written.at, others=[*([".tum"] if tum else []), *([".html"] if view else [])])
     parts = parts_of([(log, place)], reading, files, calibration, magnetometer)
     written.preload("attitude_figure")
     arguments = {**vars(filter), **vars(truth), **constants, **reading.arguments}
     task = partial(
-        estimate_attitude, gyro=gyro or "gyro", accel=accel, calibration=calibration,
+        estimate_attitude, gyro=gyro, accel=accel, calibration=calibration,
         magnetometer=magnetometer, clipped=clipped, fix=fix, **arguments,
     )  # fmt: skip
     for part in parts:
-        print_result(*part.run(task, tum=tum))
+        print_result(*part.run(task, tum=tum, view=view))

@@ -12,11 +12,13 @@ from zerorate.cli.filter_options import TableOptions, own_flag
 from zerorate.cli.magnetometer import OPTIONS as OF_MAGNETOMETER
 from zerorate.cli.magnetometer import Magnetometer, calibrate_compass
 from zerorate.cli.options import (
+    EXPORT_PANEL,
     AccelName,
+    Doubtful,
     FigureFormat,
     FigurePanels,
     Fix,
-    ForceExports,
+    Force,
     GyroName,
     LogArgument,
     NoFigure,
@@ -80,7 +82,7 @@ def calibrate(
         Sequence[str],
         Option(
             "Files for kalibr,imu_tk,px4,ardupilot (any of them). The JSON is always written.",
-            panel="Exports for other programs",
+            panel=EXPORT_PANEL,
             parse=partial(parse_choices, choices=tuple(EXPORTS)),
         ),
     ] = (),
@@ -100,7 +102,8 @@ def calibrate(
     figure_format: FigureFormat = None,
     figure: FigurePanels = "usual",
     no_figure: NoFigure = False,
-    force: ForceExports = False,
+    doubtful: Doubtful = False,
+    force: Force = False,
     typed: Annotated[Typed, AsTyped()],
 ) -> None:
     """Calibrate an IMU from one log of hand turns: rests in a dozen poses, and turns between them.
@@ -112,7 +115,7 @@ def calibrate(
     if compass.magnetometer:
         _check_alone(typed, "--magnetometer", OF_MAGNETOMETER)
         outline = (output, figure_format, no_figure, force)
-        calibrate_compass(log, reading, compass, gyro, export, *outline)
+        calibrate_compass(log, reading, compass, gyro, export, *outline, doubtful)
         return
     compass.check_unused()
     if apply is not None:
@@ -137,11 +140,11 @@ def calibrate(
     )  # fmt: skip
     invalid = []
     for part in parts_of([(log, place)], reading, files, compare):
-        saved = {"exports": export, "doubtful": force, "panels": panels}
+        saved = {"exports": export, "doubtful": doubtful, "panels": panels}
         result, paths = part.run(task, 0.7, **saved)
         print_result(result, paths, _moved(result, old))
         if not result.valid:
-            without = "" if force else _unwritten(export)
+            without = "" if doubtful else _unwritten(export)
             invalid.append(f"{part.name}: {describe_verdict(result)}{without}")
     if invalid:
         raise DataFault("; ".join(invalid))
@@ -194,4 +197,4 @@ def _moved(calibration: Calibration, old: Calibration | None) -> str:
 def _unwritten(exports: Sequence[str]) -> str:
     """Return the exports that are not written since the calibration is not valid."""
     names = ", ".join(export for export in exports if EXPORTS[export])
-    return f": no export to {names}, unless with --force" if names else ""
+    return f": no export to {names}, unless with --doubtful" if names else ""

@@ -8,7 +8,6 @@ from zerorate.cli.options import Force, Output
 from zerorate.cli.outputs import LogAndFigure, check_outputs, print_written, progress_bar
 from zerorate.cli.parameters import Option
 from zerorate.cli.simulate import Duration, Seed, SimulatedRate
-from zerorate.numerals import to_digits
 from zerorate.show.tables import wrap_prose
 from zerorate.simulation.devices import device as find_device
 from zerorate.tasks.replay import Replay
@@ -46,16 +45,15 @@ def demo(
 
 def _guide(result: Replay, outputs: Outputs) -> str:
     """Return a guide to the files that were written, for a reader's first run."""
-    errors = [score.error for score in result.scores if score.method == result.method]
+    assert result.error_at_end is not None
+    error = float(np.abs(result.error_at_end).max())
     biases = np.abs([score.mean for score in result.scores if score.method == "raw"])
     sentences = (
-        f"What you see: the simulated gyro has a bias of up to {to_digits(max(biases), 2)} deg/s. "
-        "The method "
-        f"{result.method} found it to within {to_digits(max(errors), 2)} deg/s (RMS, the column "
-        "'true "
-        "error').",
+        f"What you see: the simulated gyro has a bias of up to {max(biases):.2g} deg/s. The method "
+        f"{result.method} is off by {error:.2g} deg/s at the end at most (the column 'error at the "
+        "end'); 'true error' of the second table is RMS over the log.",
         f"Look at {outputs.figures[0]}: raw samples on top, below the bias of each axis with its "
-        "uncertainty.",
+        "uncertainty and the true bias, dashed.",
         f"{outputs.log} is the filtered log: raw minus bias, and the bias in columns of its own.",
         "Next: zerorate replay LOG does the same with a log of yours.",
     )

@@ -35,6 +35,7 @@ OPTIONS: Final = (
     "figure_format",
     "no_figure",
     "force",
+    "doubtful",
     *READING,
 )
 """Those of the command that act on it."""
@@ -91,6 +92,7 @@ def calibrate_compass(
     figure_format: str | None,
     no_figure: bool,
     force: bool,
+    doubtful: bool,
 ) -> None:
     """Calibrate the magnetometer of each record in a log, print and write what was found."""
     check_exports(exports, MAGNETOMETER_EXPORTS)
@@ -101,11 +103,11 @@ def calibrate_compass(
         preload_figure("magnetometer_figure")
     endings = [ending for export in exports for ending in EXPORTS[export]]
     files = partial(Destination.files, first=".json", others=endings, figures=figures, force=force)
-    arguments = {"gyro": gyro or "gyro", **compass.arguments(), **reading.arguments}
+    arguments = {"gyro": gyro, **compass.arguments(), **reading.arguments}
     useless = []
     for part in parts_of([(log, place)], reading, files):
         task = partial(calibrate_magnetometer, **arguments)
-        result, _ = part.run(task, 0.7, exports=exports, doubtful=force)
+        result, _ = part.run(task, 0.7, exports=exports, doubtful=doubtful)
         print_result(result, part.files.paths)
         useless += [f"{part.name}: {why}" for why in unusable(result)]
     if useless:

@@ -17,7 +17,7 @@ from zerorate.cli.options import (
     ReferenceOffset,
     Tum,
 )
-from zerorate.cli.outputs import LogAndPanels, check_outputs, print_result, run_and_save
+from zerorate.cli.outputs import LogAndPanels, check_outputs, of_sensor, print_result, run_and_save
 from zerorate.cli.parameters import Argument, Option, option
 from zerorate.cli.reading import PANEL, Reading, ReadingOptions
 from zerorate.cli.values import parse_numbers
@@ -241,7 +241,7 @@ def navigate(
     --outages the errors of the track without them, compared with a position and a velocity that are
     held.
     """
-    place = written.place(f"{log.stem}-zerorate-navigate", *_MAPS)
+    place = of_sensor(written.place(f"{log.stem}-zerorate-navigate", *_MAPS), reading)
     others = [f".{one}" for one in (*_MAPS, *(("tum",) if tum else ()))]
     outputs = written.at(place, others)
     check_outputs(outputs.paths, written.force, log, gnss, calibration)

@@ -11,6 +11,8 @@ from zerorate.tasks.saving import FIGURE_FORMATS, LOG_FORMATS
 OUTPUT: Final = "Output"
 """The panel of help with the files that are written."""
 
+EXPORT_PANEL: Final = "Exports for other programs"
+
 RECORDING: Final = (
     "Recording, e.g. csv, parquet, ulg, mcap or bag. Also tsv, txt, npy, npz, arrow, feather, "
     "h5, mat, bin, log, tlog, mp4, bbl, or the folder of a ROS 2 bag."
@@ -103,10 +105,10 @@ Tum: TypeAlias = Annotated[
     bool, Option("Write the poses as a TUM trajectory, too (for evo).", panel=OUTPUT)
 ]
 Force: TypeAlias = Annotated[bool, Option("Replace existing files.", panel=OUTPUT)]
-ForceExports: TypeAlias = Annotated[
+Doubtful: TypeAlias = Annotated[
     bool,
     Option(
-        "Replace existing files, and export doubtful numbers. They get a warning in their file.",
-        panel=OUTPUT,
+        "Export numbers that the log does not bear out, with a warning in the file.",
+        panel=EXPORT_PANEL,
     ),
 ]

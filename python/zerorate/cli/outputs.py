@@ -26,7 +26,7 @@ from zerorate.tasks.saving import (
     figure_writer,
     files_of,
 )
-from zerorate.tasks.source import unique_stems
+from zerorate.tasks.source import sensor_ending, unique_stems
 
 T = TypeVar("T")
 
@@ -150,11 +150,18 @@ def parts_of(
     parts: list[Part] = []
     for log, place in places:
         for record in records(log, reading.group_by):
-            parts.append(Part(log, record, files(place.of_part(record.ending)), not parts))
+            outputs = files(of_sensor(place.of_part(record.ending), reading))
+            parts.append(Part(log, record, outputs, not parts))
     paths = [path for part in parts for path in part.files.paths]
     for log, _ in places:
         check_outputs(paths, parts[0].files.force, log, *read)
     return parts
+
+
+def of_sensor(place: Destination, reading: Reading) -> Destination:
+    """Return the destination of a chosen sensor's files, whose names in a folder end with it."""
+    sensor = reading.arguments.get("sensor")
+    return place if place.named_suffix else place.of_part(sensor_ending(sensor))
 
 
 def places_of_logs(

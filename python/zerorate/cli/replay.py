@@ -81,6 +81,14 @@ def replay(
             panel=OUTPUT,
         ),
     ] = (),
+    truth: Annotated[
+        Path | None,
+        Option(
+            "True bias, NAME-truth of zerorate simulate: drawn, and the error at the end printed.",
+            metavar="FILE",
+            panel=OUTPUT,
+        ),
+    ] = None,
     sensors: _Sensors,
     array: OfArray,
     fusion: FusionOptions,
@@ -99,6 +107,7 @@ def replay(
             options,
             methods=bool(compared),
             calibration=sensors.calibration is not None,
+            truth=truth is not None,
             no_accel=sensors.no_accel,
             figure=written.figure == "all",
         )
@@ -117,6 +126,10 @@ def replay(
         return
     arguments = {"methods": compared, **options, **sensors.arguments(), **reading.arguments}
     arguments["data_scale"] = arguments.pop("scale")
+    if truth is not None:
+        if written.no_figure or len(logs) > 1:
+            raise UsageFault("--truth is of one log, and acts with a figure")
+        arguments["truth"] = truth
     results: dict[str, Summary] = {}
     for part in parts:
         result = _run(part, arguments, panels)

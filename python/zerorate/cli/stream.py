@@ -4,10 +4,11 @@ import math
 import signal
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final
 
+from zerorate.calibration.calibration import Calibration
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, of_a_file, sentence
 from zerorate.cli.filter_options import FilterOptions, check_filter_options, flag, own_flag
 from zerorate.cli.options import NoAccel
@@ -20,7 +21,8 @@ from zerorate.cli.watching import Watched
 from zerorate.faults import render_text, use_argument_names
 from zerorate.geometry.frames import Frame
 from zerorate.options import FILTER_OPTIONS
-from zerorate.record import check_writable
+from zerorate.record import LogError, check_writable
+from zerorate.tasks.corrections import calibration_of
 from zerorate.tasks.interrupts import Interrupts, SignalInterrupt
 from zerorate.tasks.live import (
     AttitudeColumn,
@@ -32,6 +34,7 @@ from zerorate.tasks.live import (
     Settings,
     SettingsError,
 )
+from zerorate.tasks.live.header import stated_in_header
 from zerorate.tasks.live.sequence import MAX_BITS
 from zerorate.tasks.live.serving import Saver, Server
 from zerorate.tasks.saving import make_folders
@@ -46,7 +49,8 @@ _OF_ATTITUDE: Final = ("frame", "no_mag", "learn_magnetometer")
 _READING: Final = ReadingOptions(
     without=("topic", "group_by", "start", "stop", "sensor", "torn"),
     help={
-        "rate": "Samples per second; required.",
+        "rate": "Samples per second; required unless the first line states it, as in "
+        "# rate: 100 Hz, unit: deg/s.",
         "time": "Column of the timestamps, by name or position: samples that its gaps show are "
         "missing, blocks of equal stamps are spread. Default: samples are 1/--rate s apart.",
         "columns": "Columns to filter: names, or positions counted from 0 over all columns, e.g. "
@@ -197,6 +201,15 @@ def stream(
     ] = None,
     orientation: _Attitude,
     origin: Origin,
+    calibration: Annotated[
+        Path | None,
+        Option(
+            "Correct the gyro by this calibration first (JSON of zerorate calibrate), and by the "
+            "accelerometer of the lines, if they have one.",
+            metavar="CAL",
+            panel=PANEL,
+        ),
+    ] = None,
     saves: _Saves,
     watched: Watched,
     typed: Annotated[Typed, AsTyped()],
@@ -212,19 +225,23 @@ def stream(
         print(saves.printed_position())
         return
     origin.check(source, numbers.fields)
+    reading = _with_stated(reading, source, origin)
     rate = reading.arguments["rate"]
     if rate is None:
-        raise UsageFault("--rate is required: samples per second")
+        raise UsageFault("--rate is required: samples per second, where no header line states it")
     arguments = numbers.arguments()
     if arguments["sequence"] is None:
         arguments |= origin.numbers()
     arguments |= _timing(reading)
     if orientation.attitude:
         _check_attitude_alone(options, accelerometer)
+        if calibration is not None:
+            raise UsageFault("--calibration has no effect with --attitude")
         arguments |= {**orientation.arguments(), **{name: options.get(name) for name in _OF_BOTH}}
     else:
         _check_filter_alone(options, typed)
         arguments |= {"accel_columns": accelerometer.columns(), **options}
+        arguments["calibration"] = _load_calibration(calibration)
     settings = _settings(reading, extra, orientation.attitude, arguments)
     saver = saves.saver(rate)
     lines = saves.resumed(settings, numbers.fields)
@@ -236,6 +253,22 @@ def stream(
         finally:
             for one in server.sentences(numbered=arguments["sequence"] is not None):
                 notify(one)
+
+
+def _with_stated(reading: Reading, source: Path | None, origin: Origin) -> Reading:
+    """Return the reading options, with rate and unit of a first line that states them."""
+    if reading.arguments["rate"] is not None or not origin.has_lines():
+        return reading
+    stated = stated_in_header(origin.first_line(source))
+    known = {name: value for name, value in reading.arguments.items() if value is not None}
+    return replace(reading, arguments={**reading.arguments, **stated, **known})
+
+
+def _load_calibration(path: Path | None) -> Calibration | None:
+    try:
+        return calibration_of(path)
+    except LogError as error:
+        raise DataFault(sentence(error)) from None
 
 
 def _timing(reading: Reading) -> dict[str, Any]:

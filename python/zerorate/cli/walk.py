@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Final
 
 from zerorate.cli.filter_options import TableOptions
 from zerorate.cli.options import CalibrationOption, ClippedOption, Fix, LogArgument
-from zerorate.cli.outputs import LogAndFigure, check_outputs, print_result, run_and_save
+from zerorate.cli.outputs import LogAndFigure, check_outputs, of_sensor, print_result, run_and_save
 from zerorate.cli.parameters import Option, option
 from zerorate.cli.reading import Reading, ReadingOptions
 from zerorate.cli.values import parse_place
@@ -65,7 +65,8 @@ def walk(
     """
     maps = () if start.at is None else _MAPS
     outputs = written.at(
-        written.place(f"{log.stem}-zerorate-walk", *maps), [f".{one}" for one in maps]
+        of_sensor(written.place(f"{log.stem}-zerorate-walk", *maps), reading),
+        [f".{one}" for one in maps],
     )
     check_outputs(outputs.paths, written.force, log, calibration)
     written.preload("foot_figure")

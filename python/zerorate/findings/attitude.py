@@ -18,7 +18,7 @@ from zerorate.findings.finding import Finding, Spans, count_noun
 from zerorate.findings.imus import BLOCK_S, Imu, Sensor, start_time
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.rests import rest_mean, rest_spans
-from zerorate.numerals import format_with_error, to_digits
+from zerorate.numerals import format_with_error, shorten
 from zerorate.record.log import Log
 from zerorate.record.recording import Recording
 from zerorate.record.runs import runs
@@ -140,8 +140,7 @@ def _check_arrivals(imu: Imu, accel: Sensor, course: Course) -> Iterator[Finding
         f"{imu.name}: by gyro and accelerometer the inclination is "
         f"{_format_median(middle, sigma)} deg from "
         f"gravity as a rest begins (median of {count_noun(len(off), 'rest')}, "
-        f"{to_digits(off[worst], 2)} at "
-        "most).",
+        f"{shorten(off[worst])} at most).",
         middle, "deg", sigma, rest_spans([later[worst]]), accel.figure,
         "Rest before the motion too, so that the gyro's bias is known, and calibrate its scale.",
     )  # fmt: skip
@@ -155,7 +154,7 @@ def _median_sigma(values: Floats) -> float | None:
 
 
 def _format_median(value: float, sigma: float | None) -> str:
-    return f"{to_digits(value, 2)}" if not sigma else format_with_error(value, sigma)
+    return shorten(value) if not sigma else format_with_error(value, sigma)
 
 
 def _check_trust(gyro: Sensor, course: Course) -> Iterator[Finding]:
@@ -166,15 +165,13 @@ def _check_trust(gyro: Sensor, course: Course) -> Iterator[Finding]:
     share = 100.0 * float(doubt.sum() / settled.sum())
     heading = math.degrees(float(course.heading_sigma[-1]))
     middle = math.degrees(float(np.median(course.tilt_sigma[settled])))
-    doubt_text = (
-        "" if not doubt.any() else f", worse than 5 deg for {to_digits(share, 2)} % of the time"
-    )
-    heading_text = f"known to {to_digits(heading, 2)} deg" if heading < 90.0 else "not known"
+    doubt_text = "" if not doubt.any() else f", worse than 5 deg for {shorten(share)} % of the time"
+    heading_text = f"known to {shorten(heading)} deg" if heading < 90.0 else "not known"
     yield Finding(
         SECTION, "trust", LIMITS["trust"].severity(share),
-        f"Gyro and accelerometer give the inclination to {to_digits(middle, 2)} deg (median of its "
-        "standard "
-        f"deviation){doubt_text}; the heading against the start is {heading_text} at the end.",
+        f"Gyro and accelerometer give the inclination to {shorten(middle)} deg (median of its "
+        f"standard deviation){doubt_text}; the heading against the start is {heading_text} at the "
+        "end.",
         share, "%", None, _spans_where(course.times, doubt), gyro.figure,
         "Rest for some seconds now and then, and log at 100 Hz or more.",
     )  # fmt: skip
@@ -191,8 +188,8 @@ def _check_unclear_rest(gyro: Sensor, course: Course) -> Iterator[Finding]:
     size = float(np.linalg.norm(rate))
     yield Finding(
         SECTION, "unclear rest", "look",
-        f"{gyro.name} is at rest, or on a rate table, for {to_digits(seconds)} s: a steady "
-        f"{to_digits(math.degrees(size))} deg/s about the vertical is beyond the largest bias.",
+        f"{gyro.label} is at rest, or on a rate table, for {seconds:.3g} s: a steady "
+        f"{math.degrees(size):.3g} deg/s about the vertical is beyond the largest bias.",
         math.degrees(size), "deg/s", None, spans, gyro.figure,
         make_sentence("On a rate table nothing is to be done; for a bias give ",
                       bias_limit_advice(size), "."),
@@ -287,9 +284,9 @@ def _compare_verticals(
     limit = LIMITS["attitudes apart"]
     yield Finding(
         SECTION, "attitudes apart", limit.severity(worst),
-        f"{name[0].upper()}{name[1:]} and that of {gyro.name} and its accelerometer have their "
-        f"verticals {to_digits(worst, 2)} deg apart (95 % of where the latter is trusted; median "
-        f"{to_digits(np.median(off[known]), 2)}).",
+        f"{name[0].upper()}{name[1:]} and that of {gyro.label} and its accelerometer have their "
+        f"verticals {shorten(worst)} deg apart (95 % of where the latter is trusted; median "
+        f"{shorten(np.median(off[known]))}).",
         worst, "deg", None, _spans_where(course.times, off >= limit.look), gyro.figure,
         "Compare both with a level surface at rest.",
     )  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, TypeVar
@@ -10,6 +10,7 @@ from typing import Final, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.record.devices import sensor_labels
 from zerorate.record.log import Log, LogError
 from zerorate.record.recording import Recording
 from zerorate.record.runs import runs, runs_of_rows
@@ -54,9 +55,10 @@ class StaticInterval:
 
 @dataclass(frozen=True, eq=False)
 class Sensor:
-    """A log of three axes, what makes SI of its numbers, and the anchor of its figure."""
+    """A log of three axes, what makes SI of its numbers, and what it is called."""
 
     name: str
+    label: str
     log: Log
     factor: float | None
     start: float
@@ -191,13 +193,21 @@ def find_imus(recording: Recording) -> tuple[Imu, ...]:
     """Return the IMUs of a recording, those with both sensors of one name and number."""
     start = start_time(recording)
     numbers = dict.fromkeys(_list_imu_numbers(recording))
+    labels = sensor_labels(recording)
     imu_list = []
     for number in numbers:
-        gyro = _read_sensor(recording, f"gyro{number}", "rad/s", start)
-        accel = _read_sensor(recording, f"accel{number}", "m/s^2", start)
+        gyro = _read_sensor(recording, f"gyro{number}", labels, start)
+        accel = _read_sensor(recording, f"accel{number}", labels, start)
         if gyro is not None or accel is not None:
-            imu_list.append(Imu(f"IMU {number.removeprefix('_') or '0'}", gyro, accel))
+            imu_list.append(Imu(_imu_name(number, gyro, accel), gyro, accel))
     return tuple(imu_list)
+
+
+def _imu_name(number: str, gyro: Sensor | None, accel: Sensor | None) -> str:
+    """Return the device's name of labels such as ``imu2 gyro``, else its number in the file."""
+    sensor = gyro or accel
+    device = "" if sensor is None else sensor.label.rpartition(" ")[0]
+    return device or f"IMU {number.removeprefix('_') or '0'}"
 
 
 def _list_imu_numbers(recording: Recording) -> Iterator[str]:
@@ -207,11 +217,14 @@ def _list_imu_numbers(recording: Recording) -> Iterator[str]:
             yield f"_{number}" if number else ""
 
 
-def _read_sensor(recording: Recording, name: str, unit: str, start: float) -> Sensor | None:
-    log = recording.get(name)
+def _read_sensor(
+    recording: Recording, name: str, labels: Mapping[str, str], start: float
+) -> Sensor | None:
+    log, unit = recording.get(name), "rad/s" if name.startswith("gyro") else "m/s^2"
     if log is None or log.channels != _AXES:
         return None
     if np.isinf(log.data).any():
         log = log.with_data(np.where(np.isinf(log.data), np.nan, log.data))
     is_convertible = log.unit in UNITS and UNITS[log.unit].kind == UNITS[unit].kind
-    return Sensor(name, log, float(convert(1.0, log.unit, unit)) if is_convertible else None, start)
+    factor = float(convert(1.0, log.unit, unit)) if is_convertible else None
+    return Sensor(name, labels[name], log, factor, start)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -13,10 +12,10 @@ import numpy as np
 from zerorate.calibration.magnet.calibrate import calibrate_magnetometer
 from zerorate.calibration.magnet.spans import Span
 from zerorate.calibration.magnetometer import MagnetometerCalibration
-from zerorate.findings.finding import Finding, count_noun
+from zerorate.findings.finding import Finding
 from zerorate.findings.imus import BLOCK_S, Imu, Sensor, cut_log
 from zerorate.findings.limits import LIMITS
-from zerorate.numerals import format_with_error, to_digits
+from zerorate.numerals import format_with_error, shorten
 from zerorate.record.log import LogError
 from zerorate.record.recording import Recording
 
@@ -74,7 +73,7 @@ def _check_iron(calibration: MagnetometerCalibration, gyro: Sensor) -> Iterator[
             SECTION, "field", "good",
             "The field that the magnetometer shows is "
             f"{format_with_error(field.value, field.sigma)} "
-            f"{calibration.unit}, {to_digits(abs(dip))} deg {'below' if dip > 0 else 'above'} the "
+            f"{calibration.unit}, {shorten(abs(dip), 3)} deg {'below' if dip > 0 else 'above'} the "
             "level.",
             field.value, calibration.unit, field.sigma, figure=gyro.figure,
         )  # fmt: skip
@@ -91,9 +90,9 @@ def _check_iron(calibration: MagnetometerCalibration, gyro: Sensor) -> Iterator[
     size = math.hypot(*calibration.groups[group].hard_iron)
     yield Finding(
         SECTION, "heading error", LIMITS["heading error"].severity(worst),
-        f"A hard iron of {to_digits(size)} {calibration.unit} turns the heading of a level sensor "
+        f"A hard iron of {shorten(size, 3)} {calibration.unit} turns the heading of a level sensor "
         "by up to "
-        f"{to_digits(worst, 2)} deg, where no one takes it off.",
+        f"{shorten(worst)} deg, where no one takes it off.",
         worst, "deg", None, _spans_where(calibration, gyro, lambda span: span.group == group),
         gyro.figure,
         "Calibrate the magnetometer where it is mounted: "
@@ -102,13 +101,16 @@ def _check_iron(calibration: MagnetometerCalibration, gyro: Sensor) -> Iterator[
 
 
 def _check_disturbance(calibration: MagnetometerCalibration, gyro: Sensor) -> Iterator[Finding]:
-    known = [one for one in calibration.spans if one.kind != "disturbed"]
-    changes = [other for one, other in pairwise(known) if one.group != other.group]
-    if changes:
-        starts = tuple((one.start - gyro.start, one.start - gyro.start + 1.0) for one in changes)
+    if changes := calibration.iron_changes:
+        times = [start - gyro.start for start, _ in changes]
+        starts = tuple((time, time + 1.0) for time in times)
+        listed = ", ".join(
+            f"by {size:.3g} {calibration.unit} at {time:.0f} s"
+            for time, (_, size) in zip(times, changes, strict=True)
+        )
         yield Finding(
             SECTION, "iron changes", LIMITS["iron changes"].severity(len(changes)),
-            f"The hard iron of the magnetometer changes {count_noun(len(changes), 'time')}.",
+            f"The hard iron of the magnetometer changes {listed}.",
             float(len(changes)), "", None, starts, gyro.figure,
             "Record again with everything that carries current or iron where it stays.",
         )  # fmt: skip
@@ -116,8 +118,7 @@ def _check_disturbance(calibration: MagnetometerCalibration, gyro: Sensor) -> It
         share = 100.0 * calibration.disturbed
         yield Finding(
             SECTION, "disturbed", LIMITS["disturbed"].severity(share),
-            f"No hard iron explains the magnetometer's field in {to_digits(share, 2)} % of the "
-            "log.",
+            f"No hard iron explains the magnetometer's field in {shorten(share)} % of the log.",
             share, "%", None,
             _spans_where(calibration, gyro, lambda span: span.kind == "disturbed"),
             gyro.figure, "Leave these spans out of any heading.",

@@ -164,10 +164,12 @@ class Report(Result):
     def summary(self) -> str:
         """One line: the numbers of findings by severity."""
         act, look = self.count("act"), self.count("look")
+        good = [o for o in self.findings if o.severity == "good" and o.value is not None]
         if not act and not look:
-            return "Nothing in this log passes a limit."
-        good_count = sum(o.severity == "good" and o.value is not None for o in self.findings)
-        return f"{act} to act on, {look} to look at; {good_count} within their limits."
+            sections = dict.fromkeys(o.section for o in good if o.section != CONTENTS)
+            checked = ", ".join(name.lower().removeprefix("the ") for name in sections)
+            return f"All within limits: {len(good)} numbers of {checked or 'the log'}."
+        return f"{act} to act on, {look} to look at; {len(good)} within their limits."
 
     def to_json(self) -> str:
         """Return all findings as JSON, null where a number is not known."""

@@ -13,7 +13,7 @@ from zerorate.findings.finding import RANKS, Finding, as_sentence
 from zerorate.findings.imus import BLOCK_S, Imu, Sensor
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.saturation import Saturation, find_saturation
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record.clock import ClockReport
 from zerorate.record.runs import runs, runs_of_rows
 from zerorate.types import Booleans, Floats, Integers
@@ -48,7 +48,7 @@ def _check_sensor(imu: Imu, sensor: Sensor) -> Iterator[Finding]:
 
 
 def _check_dead_axes(sensor: Sensor) -> Iterator[Finding]:
-    for text in describe_dead_axes({sensor.name: sensor.log}, (sensor.name,)):
+    for text in describe_dead_axes({sensor.label: sensor.log}, (sensor.label,)):
         advice = "Look at the driver, or at the columns that were read."
         yield Finding(
             SECTION, "dead axis", "act", as_sentence(text), figure=sensor.figure, advice=advice
@@ -64,8 +64,7 @@ def _check_missing(sensor: Sensor) -> Iterator[Finding]:
     spans = sensor.spans(rows, 0.5)
     yield Finding(
         SECTION, "missing samples", severity,
-        f"{sensor.name}: {to_digits(share, 2)} % of samples have no number, {_longest_run(rows)} "
-        "in "
+        f"{sensor.label}: {shorten(share)} % of samples have no number, {_longest_run(rows)} in "
         "a row at most, "
         f"from {spans[0][0]:.1f} to {spans[-1][1]:.1f} s.",
         share, "%", None, spans, sensor.figure,
@@ -88,7 +87,7 @@ def _rows_without_number(sensor: Sensor) -> Integers:
 
 def _describe_clean(sensor: Sensor) -> Finding:
     text = (
-        f"{sensor.name}: none at a limit, stuck, spiked or coarse, as far as {sensor.log.n} "
+        f"{sensor.label}: none at a limit, stuck, spiked or coarse, as far as {sensor.log.n} "
         "samples show."
     )
     return Finding(SECTION, "samples", "good", text, float(sensor.log.n), "", figure=sensor.figure)
@@ -138,9 +137,8 @@ def _describe_hard_limit(sensor: Sensor, saturations: Mapping[str, Saturation]) 
     spans = sensor.spans(rows, 0.5)
     return Finding(
         SECTION, "at its limit", severity,
-        f"{sensor.name} was at its limit for {to_digits(share, 2)} % of samples, "
-        f"{to_digits(longest, 2)} s on "
-        "end at most "
+        f"{sensor.label} was at its limit for {shorten(share)} % of samples, {shorten(longest)} s "
+        "on end at most "
         f"({_list_limits(sensor, saturations)}), from {spans[0][0]:.1f} to {spans[-1][1]:.1f} s.",
         share, "%", None, spans, sensor.figure,
         "Set a wider range, and leave these spans out of any integral.",
@@ -152,8 +150,8 @@ def _describe_soft_limit(sensor: Sensor, saturations: Mapping[str, Saturation]) 
     spans = sensor.spans(rows, 0.5)
     return Finding(
         SECTION, "soft limit", LIMITS["soft limit"].severity(share),
-        f"{sensor.name} bends just below its largest value where it comes near it "
-        f"({_list_limits(sensor, saturations)}): {to_digits(share, 2)} % of samples, from "
+        f"{sensor.label} bends just below its largest value where it comes near it "
+        f"({_list_limits(sensor, saturations)}): {shorten(share)} % of samples, from "
         f"{spans[0][0]:.1f} to "
         f"{spans[-1][1]:.1f} s.",
         share, "%", None, spans, sensor.figure,
@@ -234,7 +232,7 @@ def _describe_stuck(sensor: Sensor, what: str, first: int, length: int) -> Findi
     spans = sensor.spans(np.arange(first, first + length))
     return Finding(
         SECTION, "equal samples", LIMITS["equal samples"].severity(length),
-        f"{sensor.name}, {what}: {length} equal samples one after the other, from "
+        f"{sensor.label}, {what}: {length} equal samples one after the other, from "
         f"{spans[0][0]:.2f} to {spans[0][1]:.2f} s.",
         float(length), "", None, spans, sensor.figure,
         "Leave the span out, and check if the next log has one.",
@@ -257,7 +255,7 @@ def _check_spikes(sensor: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
         return
     yield Finding(
         SECTION, "spikes", severity,
-        f"{sensor.name}: {rows.size} single samples ({to_digits(share, 2)} %) lie far from both "
+        f"{sensor.label}: {rows.size} single samples ({shorten(share)} %) lie far from both "
         "neighbours.",
         float(rows.size), "", None, sensor.spans(rows), sensor.figure,
         "Remove them with `zerorate.denoise`, or a median of three, before any filter.",
@@ -321,8 +319,8 @@ def _check_resolution(imu: Imu, sensor: Sensor, steps: Sequence[float]) -> Itera
     axis = int(np.argmax(steps))
     yield Finding(
         SECTION, "coarse step", "look",
-        f"{sensor.name}: numbers go in steps of {to_digits(steps[axis])} {sensor.log.unit}, "
-        f"{to_digits(worst, 2)} times "
+        f"{sensor.label}: numbers go in steps of {steps[axis]:.3g} {sensor.log.unit}, "
+        f"{shorten(worst)} times "
         "their scatter at rest.",
         worst, "", None, _spans(imu), sensor.figure,
         "Log more digits, or set a smaller range.",

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from zerorate.faults import ArgumentError
 from zerorate.foot.foot import FootTrack
 from zerorate.geometry.rotations import from_rotation_vectors, product
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.views import Result
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ class Feet(Result):
     def __repr__(self) -> str:
         """Return both ways, and how often the bound was met."""
         return (
-            f"Feet({to_digits(self.left.distance, 4)} m left, {to_digits(self.right.distance, 4)} "
+            f"Feet({shorten(self.left.distance, 4)} m left, {shorten(self.right.distance, 4)} "
             "m right, "
             f"{self.bound_count} times at the bound of {self.distance:g} m)"
         )
@@ -188,7 +188,7 @@ def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Fe
         raise ArgumentError(
             "right",
             f"must have {_MIN_COMMON_S:g} s and four stances in common with left on one clock, got "
-            f"{to_digits(max(last - first, 0.0))} s with {len(marks[0])} and {len(marks[1])}",
+            f"{shorten(max(last - first, 0.0), 3)} s with {len(marks[0])} and {len(marks[1])}",
         )
     times = np.unique(np.concatenate([[first], *marks, [last]]))
     positions = np.array([foot.position_at(times) for foot in feet])

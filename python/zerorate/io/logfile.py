@@ -206,8 +206,8 @@ def open_imu(
     """Return the log that `open_log` returns, and that of its accelerometer.
 
     The accelerometer is the one of the same table that is named like the gyro, or the only one. It
-    is None if there is none, if it does not have three axes or cannot be read, and for a log of
-    several gyros.
+    is None if there is none, if it has not three axes or cannot be read, and where ``sensor`` asks
+    for all gyros. Several gyros of which none is named are a LogError that lists them.
     """
     return _open_logs(path, ReadOptions.of(**arguments), unit, accel=True)
 
@@ -222,7 +222,7 @@ def _open_logs(
         source_meta = {"source": label, "format": kind}
         grouping = group_all(unit, options.scaling)
         selection = select_columns(
-            table, options.rate, options.columns, grouping, sensor=options.sensor
+            table, options.rate, options.columns, grouping, sensor=options.sensor, is_sole=accel
         )
         accel_columns = (
             find_accelerometer(selection.table.names or (), selection.data) if accel else ()

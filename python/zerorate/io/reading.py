@@ -312,11 +312,12 @@ def select_columns(
     grouping: Grouping,
     kinds: Sequence[str] = ("gyro",),
     sensor: str | None = None,
+    is_sole: bool = False,
 ) -> Selection:
     """Select the columns to read; data are loaded only if the table has no column names."""
     table = table.load_all() if table.names is None else with_time(table)
     check_samples(table, columns)
-    choice = choose_columns(table, columns, kinds, sensor)
+    choice = choose_columns(table, columns, kinds, sensor, is_sole)
     if choice.notes:
         meta = replace(table.meta, notes=(*table.meta.notes, *choice.notes))
         table = replace(table, meta=meta)

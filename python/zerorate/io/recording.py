@@ -27,7 +27,15 @@ from zerorate.io.reading import (
 )
 from zerorate.io.supplement import SourceContent, make_supplement
 from zerorate.io.table import Content, Table
-from zerorate.io.triads import Triad, describe_axes, find_triads, keep_best_stage, select_triads
+from zerorate.io.triads import (
+    Triad,
+    describe_axes,
+    device_label,
+    find_triads,
+    keep_best_stage,
+    select_triads,
+)
+from zerorate.record.devices import DEVICE
 from zerorate.record.log import Log, LogError, units_of
 from zerorate.record.names import (
     UNKNOWN_UNIT,
@@ -258,6 +266,14 @@ def _cut_to_span(
         notes.append(make_sentence(f"{', '.join(log.names)}: left out, for ", missed))
 
 
+class _SensorKey(NamedTuple):
+    """Kind, name and device of a sensor whose columns are found by their names."""
+
+    kind: str
+    name: str = ""
+    device: str = ""
+
+
 class _Sensor(NamedTuple):
     """Columns of a table, by their indices, that are the axes of one sensor."""
 
@@ -265,6 +281,7 @@ class _Sensor(NamedTuple):
     indices: tuple[int, ...]
     unit: str
     factor: float | None = None
+    device: str = ""
 
 
 @dataclass(frozen=True)
@@ -349,32 +366,38 @@ def _choose_sensors(table: Table, request: _Request, notes: list[str]) -> list[_
         kind: choose_columns(table, columns).data for kind, columns in request.columns.items()
     }
     used = {index for places in stated_columns.values() for index in places}
-    groups: dict[tuple[str, str], list[int]] = {(k, ""): list(p) for k, p in stated_columns.items()}
+    groups: dict[_SensorKey, list[int]] = {
+        _SensorKey(k): list(p) for k, p in stated_columns.items()
+    }
     # Without names only the requested columns are found.
     is_decided = table.names is None and "gyro" in stated_columns
     named_groups = {} if is_decided else _find_sensors(table, request, used, notes)
     if table.names is None and not is_decided:
         notes.extend(choose_columns(table, None).notes)
-    for (kind, sensor), places in named_groups.items():
-        if kind not in stated_columns:
-            groups[kind, sensor] = places
-    return [_make_sensor(table, kind, places, request) for (kind, _), places in groups.items()]
+    for key, places in named_groups.items():
+        if key.kind not in stated_columns:
+            groups[key] = places
+    return [
+        _make_sensor(table, key.kind, places, request)._replace(device=key.device)
+        for key, places in groups.items()
+    ]
 
 
 def _find_sensors(
     table: Table, request: _Request, used: set[int], notes: list[str]
-) -> dict[tuple[str, str], list[int]]:
+) -> dict[_SensorKey, list[int]]:
     """Return the columns of the sensors found by name, in the order of the file."""
     meanings = {i: one for i, one in _find_meanings(table).items() if i not in used}
     named_words = {i: table.label(i) for i, one in meanings.items() if one.words is not None}
-    groups: dict[tuple[str, str], list[int]] = {}
+    groups: dict[_SensorKey, list[int]] = {}
     for index, meaning in meanings.items():
         if index not in named_words:
-            groups.setdefault((meaning.kind, meaning.sensor), []).append(index)
+            groups.setdefault(_SensorKey(meaning.kind, meaning.sensor), []).append(index)
     triads = find_triads(named_words)
     chosen = _choose_triads(triads, request.sensor, notes)
     for number, triad in enumerate(chosen):
-        groups[triad.kind, f"{triad.stem} {number}"] = list(triad.indices)
+        device = device_label(triad, table.label(triad.indices[0]))
+        groups[_SensorKey(triad.kind, f"{triad.stem} {number}", device)] = list(triad.indices)
         notes.extend(describe_axes(triad, [table.label(i) for i in triad.indices]))
     return dict(sorted(groups.items(), key=lambda item: min(item[1])))
 
@@ -457,10 +480,16 @@ def _describe_unread(table: Table, sensors: Sequence[_Sensor]) -> Iterator[str]:
     unread = [
         name
         for index, name in enumerate(table.names or ())
-        if index not in used and index != table.time and not looks_like_time(name)
+        if index not in used and index != table.time and not _is_known(name)
     ]
     if unread:
         yield f"no sensor is known by the name of: {', '.join(unread)}"
+
+
+def _is_known(name: str) -> bool:
+    """Return True for a time and for a column of a sensor, read or not."""
+    meaning = meaning_of(name)
+    return looks_like_time(name) or (meaning is not None and bool(meaning.kind))
 
 
 def _list_columns(table: Table, sensors: Iterable[_Sensor]) -> str:
@@ -530,7 +559,8 @@ def _make_logs(
     for sensor, (group, values) in zip(sensors, iter_values(selection, columns), strict=True):
         names = [selection.names[i] for i in group.indices]
         values, clock = _drop_empty_rows(values, rows) or (values, rows)
-        log = make_log(selection, group, values, clock.for_sensor(values), source_meta, logs)
+        meta = {**source_meta, DEVICE: sensor.device} if sensor.device else source_meta
+        log = make_log(selection, group, values, clock.for_sensor(values), meta, logs)
         logs.append(log)
         if np.isnan(log.data).all() and not request.requires([sensor]):
             notes.append(f"{', '.join(names)}: left out, for all samples are missing")

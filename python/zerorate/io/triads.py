@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final, NamedTuple
 
-from zerorate.record.log import LogError
+from zerorate.record.devices import missing_device
 from zerorate.record.names import Meaning, meaning_of
 from zerorate.record.words import ROLES, STAGES, ParsedName, words_of
 
@@ -163,8 +164,31 @@ def select_triads(triads: Sequence[Triad], sensor: str | None) -> list[Triad]:
     wanted = words_of(sensor)
     pool = [triad for triad in triads if wanted and triad.matches(wanted)]
     if not pool:
-        raise LogError(f"sensor= names '{sensor}', which is none of: {_list_stems(triads)}")
+        raise missing_device(sensor, [_list_stems(triads)])
     return pool
+
+
+def device_label(triad: Triad, name: str) -> str:
+    """Return the device of a sensor as a column's name spells it: ``imu2`` of ``imu2_gyro_x``.
+
+    The name of the whole sensor, ``gyro2``, where its device is a number alone; empty without one.
+    """
+    if not triad.device:
+        return ""
+    is_number = triad.device.replace("_", "").isdigit()
+    words = (triad.stem if is_number else triad.device).split("_")
+    found = re.search(r"[\W_]*".join(map(re.escape, words)), name, re.IGNORECASE)
+    return "_".join(words) if found is None else found[0]
+
+
+def list_devices(triads: Sequence[Triad], names: Sequence[str]) -> tuple[str, ...]:
+    """Return the devices of which one is to be chosen, each as the columns' names spell it.
+
+    Sensors with fewer axes than others of their kind do not count, and stages of one are one.
+    """
+    complete = [triad for triad in keep_best_stage(triads)[0] if triad.is_complete]
+    labels = (device_label(triad, names[triad.indices[0]]) or triad.stem for triad in complete)
+    return tuple(dict.fromkeys(labels))
 
 
 def describe_others(chosen: Sequence[Triad], others: Sequence[Triad], label: str) -> Iterator[str]:

@@ -26,7 +26,7 @@ from zerorate.navigation.selfcheck import (
     NavigationFinding,
     check_navigation,
 )
-from zerorate.numerals import format_with_error, to_digits
+from zerorate.numerals import format_with_error, shorten
 from zerorate.record.fixes import Fixes
 from zerorate.record.mounting import Mounting, body_axes, check_rotation
 from zerorate.record.offset import TimeOffset
@@ -353,7 +353,7 @@ class _Search:
                 return self._find_start(clock), clock, clock, ""
             return start, initial_offset, clock, ""
         values = ", ".join(
-            f"{name} {to_digits(x)} (sigma {to_digits(s, 1)})" for name, x, s in clock.parts
+            f"{name} {shorten(x, 3)} (sigma {shorten(s, 1)})" for name, x, s in clock.parts
         )
         if vehicle.offset_source == "argument":
             automatic = keyword_argument("time_offset", "auto", "time_offset='auto'")

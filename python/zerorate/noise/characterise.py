@@ -174,13 +174,13 @@ def characterise_log(
     return Characterisation(log, curve, tuple(axes))
 
 
-def models_json(sensors: Sequence[Characterisation], *, force: bool = True) -> str:
+def models_json(sensors: Sequence[Characterisation], *, doubtful: bool = True) -> str:
     """Return the models of all axes of a log as JSON, null for an axis without one.
 
-    Without `force` one that has a doubt is an error, as in other exports: ValueError.
+    Without `doubtful` a model with a doubt is an error, as in other exports: ValueError.
     """
     models = [axis.model for sensor in sensors for axis in sensor.axes if axis.model is not None]
-    if not force:
+    if not doubtful:
         check_doubts(models)
     texts = {
         axis.name: None if axis.model is None else json.loads(axis.model.to_json())

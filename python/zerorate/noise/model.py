@@ -327,7 +327,7 @@ def _check_terms(name: str, values: object, kind_: type) -> tuple[Any, ...]:
 
 
 def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
-    """Return the model whose every coefficient is the largest among the axes.
+    """Return the model whose every coefficient is the largest among axes that determine it.
 
     What an estimator takes that has one number for all axes.
 
@@ -339,11 +339,11 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
     Returns
     -------
     NoiseModel
-        Each coefficient as it is in the axis where it is largest, with its standard error; one
-        that is not identifiable counts by its upper bound, a ramp by its size, and one that is
-        unknown in an axis is unknown. Markov terms and sinusoids are those of the axis where
-        they have the largest variance together. A doubt of any axis is one of the model. Of
-        low-pass filters it has the lowest.
+        Each coefficient of the axis where it is largest, with its standard error, among the axes
+        where it is identifiable. If it is identifiable in none, the largest upper bound. It is
+        unknown only if it is unknown in all axes. A ramp counts by its size. Markov terms and
+        sinusoids are those of the axis where they have the largest variance together. A doubt of
+        any axis is one of the model. Of low-pass filters it has the lowest.
 
     Raises
     ------
@@ -366,7 +366,7 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
     quantity = quantities.pop()
     filters = [axis.low_pass for axis in axes if axis.low_pass is not None]
     largest = {
-        term.field: max((getattr(axis, term.field) for axis in axes), key=_conservative_size)
+        term.field: max((getattr(axis, term.field) for axis in axes), key=_rank_coefficient)
         for term in TERMS[quantity]
     }
     return NoiseModel(
@@ -380,8 +380,10 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
     )
 
 
-def _conservative_size(coefficient: Coefficient) -> float:
-    return abs(coefficient.conservative)
+def _rank_coefficient(coefficient: Coefficient) -> tuple[bool, bool, float]:
+    """Rank what a record determines first, then bounds, then what is unknown."""
+    size = abs(coefficient.conservative)
+    return coefficient.identifiable, coefficient.known, size
 
 
 def _choose_largest(

@@ -13,10 +13,11 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError, Sentence, make_sentence, sentence_of
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record.missing import floats, real_numbers
 from zerorate.texts import escape_line
 from zerorate.types import Booleans, Floats
+from zerorate.views import Tabular
 
 FORWARD_RIGHT_DOWN: Final = "forward, right, down"
 """Axes of a body's sensors, as autopilots have them."""
@@ -67,7 +68,7 @@ def check_rate(rate: object) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Log:
+class Log(Tabular):
     """Channels of one recording on a uniform time grid.
 
     Parameters
@@ -328,7 +329,7 @@ def _check_time(time: npt.ArrayLike, n: int, rate: float) -> Floats:
     error = _max_grid_error(seconds, rate)
     if error > _MAX_GRID_ERROR:
         raise LogError(
-            f"time must be uniform at {rate:g} Hz, but leaves that grid by {to_digits(error)} "
+            f"time must be uniform at {rate:g} Hz, but leaves that grid by {shorten(error, 3)} "
             "samples"
         )
     return seconds
@@ -397,6 +398,6 @@ def notes_of(log: Log | Header, evenly_spaced: bool = False) -> tuple[str, ...]:
         error = max(clock.fastest / log.rate, log.rate / clock.slowest) - 1.0
         clock_notes.append(
             f"all samples are taken as 1/{log.rate:.6g} s apart here, which is up to "
-            f"{to_digits(100.0 * error, 2)} % wrong for a while"
+            f"{shorten(100.0 * error)} % wrong for a while"
         )
     return (*clock_notes, *log.meta.get("notes", ()))

@@ -81,6 +81,7 @@ def plot_biases(replays: Mapping[str, Summary]) -> Figure:
         _fit_scale(panel, replays, i)
         write_head(panel, f"{split_unit(label)[0]} [{unit_of_data}]")
     write_names(stack.panels[0], 3)
+    stack.share_scale(stack.panels)
     share_time_axis(stack.panels, 0.0, longest / length, unit)
     return stack.finish(f"{len(replays)} log{'s' if len(replays) > 1 else ''}", 0.0, 0.0)
 

@@ -15,7 +15,7 @@ from zerorate.navigation.outage import (
     SMOOTHED,
     VELOCITY_HELD,
 )
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.show.scales import MAX_COLUMNS, column_quantiles, split_into_parts
 from zerorate.show.stack import (
     BAND_SIGMAS,
@@ -164,9 +164,9 @@ def plot_outages(
     caption = (
         f"{outage.n} outage{'s' if outage.n > 1 else ''}; horizontal errors against the fixes that "
         "were withheld, whose own errors are the floor. The filter's at the end are "
-        f"{to_digits(outage.error_over_sigma(), 2)} times their standard deviation (1 is right)."
+        f"{shorten(outage.error_over_sigma())} times their standard deviation (1 is right)."
     )
-    answer = ", ".join(f"{name} {to_digits(outage.rms(name))} m" for name in outage.errors)
+    answer = ", ".join(f"{name} {shorten(outage.rms(name), 3)} m" for name in outage.errors)
     curves = len(outage.errors) + sum(
         1 + (SMOOTHED in other[length].errors) for other in (others or {}).values()
     )
@@ -204,9 +204,9 @@ def _describe_end(track: Track) -> str:
         return "Unknown: the filter did not begin."
     sigma = BAND_SIGMAS * track.sigma[navigating[-1]]
     return (
-        f"At the end within {to_digits(np.hypot(*sigma[:2]), 2)} m, "
-        f"{to_digits(np.hypot(*sigma[3:5]), 2)} m/s and "
-        f"{to_digits(np.degrees(sigma[8]), 2)} deg of heading (2σ)."
+        f"At the end within {shorten(np.hypot(*sigma[:2]))} m, "
+        f"{shorten(np.hypot(*sigma[3:5]))} m/s and {shorten(np.degrees(sigma[8]))} deg of heading "
+        "(2σ)."
     )
 
 
@@ -224,8 +224,7 @@ def _make_caption(track: Track, longest: OutageErrors | None, nis: bool) -> str:
         caption += (
             f" Grey: outages of {longest.seconds:g} s, run apart; their paths begin at the last "
             f"fix and end, with an ellipse, at the last one withheld. The error there is "
-            f"{to_digits(longest.error_over_sigma(), 2)} times its standard deviation (1 is "
-            "right), and "
+            f"{shorten(longest.error_over_sigma())} times its standard deviation (1 is right), and "
             f"{longest.share_inside():.0%} of the ellipses hold the truth."
         )
     return caption

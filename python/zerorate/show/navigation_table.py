@@ -13,7 +13,7 @@ from zerorate.geometry.rotations import euler_angles
 from zerorate.navigation.heading import format_heading
 from zerorate.navigation.outage import FILTER
 from zerorate.navigation.track import STATUSES
-from zerorate.numerals import format_with_error, to_digits
+from zerorate.numerals import format_with_error, shorten
 from zerorate.show.tables import Table, as_text, bullet_list, wrap_prose
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def format_errors(errors: TrackErrors, steps: TrackErrors | None, fitted: str) -
             name,
             str(errors_of.of),
             *(
-                f"{to_digits(value)}"
+                f"{shorten(value, 3)}"
                 for value in (errors_of.rmse, errors_of.median, errors_of.largest)
             ),
         )
@@ -124,7 +124,7 @@ def format_time_offset(offset: TimeOffset) -> str:
         return "time offset not identifiable: the vehicle hardly changes its velocity"
     lines = [f"time offset {offset.seconds:.3f} s (sigma {offset.sigma:.3f} s)"]
     lines += [
-        f"{name} {to_digits(value)} (sigma {to_digits(sigma, 1)})"
+        f"{name} {shorten(value, 3)} (sigma {shorten(sigma, 1)})"
         for name, value, sigma in offset.parts[1:]
     ]
     return "\n".join(lines)
@@ -196,18 +196,22 @@ def _make_end_table(track: Track, last: int) -> Table:
     sigma = track.sigma[last]
     euler = np.degrees(euler_angles(track.quaternion[last : last + 1])[0])
     rows = [
-        ("latitude, deg; north, m", f"{latitude:.8f}", f"{to_digits(sigma[0], 2)}"),
-        ("longitude, deg; east, m", f"{longitude:.8f}", f"{to_digits(sigma[1], 2)}"),
-        ("height, m", f"{height:.2f}", f"{to_digits(sigma[2], 2)}"),
+        ("latitude, deg; north, m", f"{latitude:.8f}", shorten(sigma[0])),
+        ("longitude, deg; east, m", f"{longitude:.8f}", shorten(sigma[1])),
+        ("height, m", f"{height:.2f}", shorten(sigma[2])),
     ]
     ways = zip(("north", "east", "down"), track.velocity[last], sigma[3:6], strict=True)
-    rows += [(f"velocity {way}, m/s", f"{v:.3f}", f"{to_digits(s, 2)}") for way, v, s in ways]
+    rows += [(f"velocity {way}, m/s", f"{v:.3f}", shorten(s)) for way, v, s in ways]
     tilt = float(np.degrees(np.hypot(*sigma[6:8])))
     heading = float(np.degrees(sigma[8]))
     rows += [
-        ("roll, deg", f"{euler[0]:.2f}", f"{to_digits(tilt, 2)}"),
-        ("pitch, deg", f"{euler[1]:.2f}", f"{to_digits(tilt, 2)}"),
-        ("heading, deg", format_heading(math.radians(euler[2]), 2), f"{to_digits(heading, 2)}"),
+        ("roll, deg", f"{euler[0]:.2f}", shorten(tilt)),
+        ("pitch, deg", f"{euler[1]:.2f}", shorten(tilt)),
+        (
+            "heading, deg",
+            format_heading(math.radians(euler[2]), 2),
+            shorten(heading),
+        ),
     ]
     return Table("At the end", ("", "", "σ"), tuple(rows))
 

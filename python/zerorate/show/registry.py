@@ -21,6 +21,7 @@ VIEWS: Final = {
     "attitude.estimate.AttitudeEstimate": (
         "attitude_table:format_attitude",
         "attitude_figure:plot_attitude",
+        "attitude_view:attitude_view",
     ),
     "calibration.calibration.Calibration": (
         "calibration_table:format_calibration",
@@ -141,4 +142,5 @@ register(
         name: View(*(f"zerorate.show.{place}" for place in views))  # table, figure
         for name, views in VIEWS.items()
     },
+    columns="zerorate.show.columns:columns_of",
 )

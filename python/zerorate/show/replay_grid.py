@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.show.replay_panels import (
     SMOOTHING_TIME_CONSTANTS,
     draw_allan,
@@ -164,7 +164,7 @@ def _make_title(replay: Replay, letters: int) -> str:
         source = f"{source[: letters // 2]}…{source[-(letters // 2) :]}"
     order = replay.params.get("order")
     model = "" if order is None else f"ARMA({order[0]}, {order[1]}), "
-    rate = to_digits(replay.log.rate, 4)
+    rate = shorten(replay.log.rate, 4)
     return f"{source}\n{replay.method}, {model}{replay.log.n:,} samples at {rate} Hz"
 
 
@@ -181,9 +181,7 @@ def _describe_shading(replay: Replay) -> str:
     has_motion = replay.readings is not None and not (replay.readings.at_rest | lost).all()
     if replay.method == "auto":
         seconds = mean_duration(replay)
-        sentences = [
-            f"Dots: means of {to_digits(seconds, 2)} s, noisier than the bias. Band: ± 2σ."
-        ]
+        sentences = [f"Dots: means of {shorten(seconds)} s, noisier than the bias. Band: ± 2σ."]
     else:
         sentences = ["Dotted: end of learning."]
     if has_motion:

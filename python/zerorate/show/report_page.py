@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from html import escape
 from typing import TYPE_CHECKING, Final
 
@@ -13,7 +14,8 @@ from zerorate.findings.external_settings import SECTION as ENTER
 from zerorate.findings.imus import find_imus
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.next_recording import SECTION as RECORD
-from zerorate.numerals import to_digits
+from zerorate.numerals import format_with_error, shorten
+from zerorate.record.devices import sensor_labels
 from zerorate.show.report_document import document
 from zerorate.show.report_figures import log_figures, longest_duration
 from zerorate.show.style import (
@@ -45,6 +47,8 @@ _UNGROUPED_KINDS: Final = ("reading", "not identifiable")
 _MAX_FINDINGS: Final = 12
 """Findings that a terminal shows."""
 _MAX_TERMINAL_SPANS: Final = 3
+_SHORT_TEXT: Final = 90
+"""Letters of a sentence that stays as it is."""
 _COLOURS: Final = {"act": VERMILION, "look": ORANGE, "good": GREEN}
 _ABOUT_TEXT: Final = (
     "It says what is seen, never the cause. The limits, with their sources, stand at the end. "
@@ -56,11 +60,30 @@ def format_report(report: Report) -> str:
     """Return the summary, and what to act on and look at, one sentence each."""
     lines = [wrap_prose(f"{report.source.rpartition('/')[2]}: {report.summary}")]
     lines.extend(
-        wrap_prose(_format_kind(of_kind), hang="      ") for of_kind in _group_urgent(report)
+        wrap_prose(_format_kind(report, of_kind), hang="      ")
+        for of_kind in _group_urgent(report)
     )
     if report.empty:
         lines.append(wrap_prose(f"No data for: {', '.join(report.empty)}."))
     return "\n".join(lines)
+
+
+def _short_text(report: Report, finding: Finding) -> str:
+    """Return the kind, the value against its limit, and the advice.
+
+    The finding's own sentence if that is short, or if it has no number with a limit.
+    """
+    limit = LIMITS.get(finding.kind)
+    if limit is None or finding.value is None or len(finding.text) <= _SHORT_TEXT:
+        return finding.text
+    sensor = finding.figure.partition("-")[2]
+    label = sensor_labels(report.recording).get(sensor, "") or sensor
+    bound = limit.act if finding.severity == "act" and math.isfinite(limit.act) else limit.look
+    number = format_with_error(finding.value, finding.sigma or 0.0)
+    unit = f" {finding.unit}" if finding.unit else ""
+    what = f"{label}: {limit.what}" if label else f"{limit.what[0].upper()}{limit.what[1:]}"
+    text = f"{what} {number}{unit}, limit {limit_text(bound)}{unit}."
+    return f"{text} {finding.advice}" if finding.advice else text
 
 
 def _group_urgent(report: Report) -> list[list[Finding]]:
@@ -71,12 +94,12 @@ def _group_urgent(report: Report) -> list[list[Finding]]:
     return list(kinds.values())
 
 
-def _format_kind(findings: list[Finding]) -> str:
+def _format_kind(report: Report, findings: list[Finding]) -> str:
     """Return the first finding of a kind, when it is seen, and how many others there are."""
     first, more = findings[0], len(findings) - 1
     spans_text = f" [{_format_times(first, _MAX_TERMINAL_SPANS)}]" if first.spans else ""
     others = f" {more} more of this kind, on the page." if more else ""
-    return f"{first.severity}: {first.text}{spans_text}{others}"
+    return f"{first.severity}: {_short_text(report, first)}{spans_text}{others}"
 
 
 def plot_report(report: Report) -> Figure:
@@ -88,7 +111,7 @@ def plot_report(report: Report) -> Figure:
     for row, finding in enumerate(reversed(findings)):
         bars = [(begin, end - begin) for begin, end in finding.spans]
         axes.broken_barh(bars, (row - 0.3, 0.6), color=_COLOURS[finding.severity])
-    axes.set_xlabel("time, s")
+    axes.set_xlabel("time [s]")
     style_panels([axes])
     if not findings:
         axes.xaxis.set_visible(False)
@@ -166,14 +189,21 @@ def _collapse_group(findings: list[Finding]) -> str:
 
 
 def _format_range(values: list[float]) -> str:
-    low, high = f"{to_digits(min(values), 4)}", f"{to_digits(max(values), 4)}"
+    low, high = f"{shorten(min(values), 4)}", f"{shorten(max(values), 4)}"
     return low if low == high else f"{low} to {high}"
+
+
+def _shortened(report: Report, finding: Finding) -> Finding:
+    """Return a finding with its short text, whose advice is not repeated below it."""
+    text = _short_text(report, finding)
+    return finding if text == finding.text else replace(finding, text=text, advice="")
 
 
 def _list_first(report: Report) -> str:
     """Return the first finding of each kind that is urgent, and how many others there are."""
     items = "".join(
-        _format_finding(finding, len(others)) for finding, *others in _group_urgent(report)
+        _format_finding(_shortened(report, finding), len(others))
+        for finding, *others in _group_urgent(report)
     )
     return f'<ul class="findings">\n{items}</ul>'
 
@@ -229,8 +259,10 @@ def limits_section() -> str:
     names = ("finding", "look", "act", "unit", "source")
     head = "".join(f'<th scope="col">{name}</th>' for name in names)
     return (
-        '<section id="limits">\n<h2>Limits</h2>\n<div class="wide" tabindex="0" role="region" '
-        f'aria-label="Limits"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>\n</section>'
+        '<section id="limits">\n<details><summary><h2>Limits and their sources</h2></summary>\n'
+        '<div class="wide" tabindex="0" role="region" aria-label="Limits">'
+        f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div></details>\n"
+        "</section>"
     )
 
 
@@ -241,4 +273,4 @@ def _limit_row(limit: Limit) -> str:
 
 def limit_text(value: float) -> str:
     """Return a limit as a table shows it, a dash where there is none."""
-    return f"{to_digits(value)}" if math.isfinite(value) else "–"
+    return f"{shorten(value, 3)}" if math.isfinite(value) else "–"

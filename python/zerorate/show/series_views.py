@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from zerorate.numerals import format_significant, to_digits
+from zerorate.numerals import format_significant, shorten
 from zerorate.show.style import (
     AXIS_COLOURS,
     BLACK,
@@ -195,7 +195,7 @@ def format_fused(result: FusedAccelerometers) -> str:
         (
             f"sensor {k}",
             f"{weight:.3f}",
-            f"{to_digits(100.0 * out, 2)}",
+            shorten(100.0 * out),
             format_significant(float(left)),
         )
         for k, (weight, out, left) in enumerate(

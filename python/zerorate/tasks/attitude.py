@@ -14,6 +14,7 @@ import numpy.typing as npt
 from zerorate.attitude.estimate import AttitudeEstimate, attitude_of
 from zerorate.attitude.options import ATTITUDE_OPTIONS
 from zerorate.calibration.calibration import Calibration
+from zerorate.calibration.magnet.changes import note_iron_changes
 from zerorate.calibration.magnetometer import MagnetometerCalibration
 from zerorate.checks.preparation import Choices, Clipped, prepare
 from zerorate.faults import ArgumentError, keyword_argument, make_sentence
@@ -32,9 +33,10 @@ from zerorate.tasks.source import (
     ReadingArguments,
     Source,
     name_source_in_errors,
-    recording_of,
+    one_imu_of,
     split_options,
 )
+from zerorate.views import page_of
 
 _Path: TypeAlias = str | os.PathLike[str]
 _Columns: TypeAlias = Sequence[str | int]
@@ -68,7 +70,7 @@ def estimate_attitude(
     declination: float = 0.0,
     at: npt.ArrayLike | None = None,
     bias_limit: float | None = None,
-    gyro: str = "gyro",
+    gyro: str | None = None,
     accel: str | None = None,
     calibration: Calibration | _Path | None = None,
     magnetometer: MagnetometerCalibration | _Path | None = None,
@@ -113,8 +115,8 @@ def estimate_attitude(
         Largest possible bias, rad/s: a steady rate beyond it is a rotation, never a rest. Default
         10 deg/s.
     gyro, accel : str
-        Names of the sensors, of several: ``"gyro_1"`` and so on; default the first gyro, and the
-        accelerometer of its device.
+        Names of logs: ``"gyro_1"`` and so on; default the only gyro, and the accelerometer of its
+        device. ``sensor="imu2"`` chooses both by the name of their device.
     calibration : Calibration or path, optional
         Calibration to correct gyro and accelerometer with, first.
     magnetometer : MagnetometerCalibration or path, optional
@@ -172,12 +174,13 @@ def estimate_attitude(
     north_declination, declination_notes = _find_declination(declination, at)
     truth, columns = _load_reference(reference, reference_offset)
     _check_heading(reference_heading)
-    correct = correction_of(calibration, magnetometer, gyro=gyro, accel=accel)
+    correct = correction_of(calibration, magnetometer, gyro=gyro or "gyro", accel=accel)
     reading, constants = split_options(options, ATTITUDE_OPTIONS)
     check_used(constants, [method], ATTITUDE_OPTIONS)
     settings = {**constants, **_filter_settings(learn_magnetometer, bias_limit)}
     report("reading", 0.0)
-    recording = recording_of(source, {**reading, "reference": columns})
+    recording = one_imu_of(source, {**reading, "reference": columns}, gyro, accel)
+    gyro = gyro or "gyro"
     choices = Choices(gyro, accel, fix, clipped, bias_limit=bias_limit, correct=correct)
     with name_source_in_errors(recording.source):
         prepared = prepare(recording, choices)
@@ -191,7 +194,8 @@ def estimate_attitude(
     if reference_heading is not None and estimate.reference is None:
         raise ValueError(make_sentence(keyword_argument("reference_heading"), " needs a reference"))
     heading = reference_heading or estimate.compared_heading
-    notes = (*declination_notes, *estimate.notes)
+    changes = note_iron_changes(prepared.recording, gyro) if estimate.mag else ()
+    notes = (*declination_notes, *estimate.notes, *changes)
     return replace(estimate, alarms=prepared.alarms, notes=notes, compared_heading=heading)
 
 
@@ -276,11 +280,14 @@ def _check_heading(heading: str | None) -> None:
         )
 
 
-def files_of(result: AttitudeEstimate, *, tum: bool = False) -> Files:
-    """Return the files of an attitude: log and figure; with `tum` the poses as well."""
+def files_of(result: AttitudeEstimate, *, tum: bool = False, view: bool = False) -> Files:
+    """Return the files of an attitude: log and figure; poses and a page in 3D on request."""
     writers: list[Writer] = [lambda path: write_log(result.to_log(), path)]
     endings = []
     if tum:
         writers.append(text_writer(result.poses().to_tum()))
         endings.append(".tum")
+    if view:
+        writers.append(text_writer(page_of(result)))
+        endings.append(".html")
     return Files("-zerorate-attitude", "", writers, endings, {"": figure_writer(result.plot)})

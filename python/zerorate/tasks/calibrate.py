@@ -35,6 +35,7 @@ from zerorate.tasks.source import (
     ReadingArguments,
     Source,
     name_source_in_errors,
+    one_imu_of,
     recording_of,
 )
 from zerorate.views import Result
@@ -157,7 +158,8 @@ def _load_recording(
     source: Source | None, sensors: dict[str, Any], reading: ReadingArguments
 ) -> Recording:
     """Return the recording to calibrate; samples that are given take the place of its sensors."""
-    recording = None if source is None else recording_of(source, reading)
+    chosen = ["given" for sensor in sensors.values() if sensor is not None]
+    recording = None if source is None else one_imu_of(source, reading, *chosen)
     if recording is not None and all(
         sensor is None or isinstance(sensor, str) for sensor in sensors.values()
     ):
@@ -210,7 +212,7 @@ def _has_other_axes(calibration: Calibration) -> bool:
 def calibrate_magnetometer(
     source: Source,
     *,
-    gyro: str = "gyro",
+    gyro: str | None = None,
     one: bool = False,
     field: float | None = None,
     dip: float | None = None,
@@ -269,7 +271,8 @@ def calibrate_magnetometer(
     """
     report = choose_reporter(progress)
     report("reading", 0.0)
-    recording = recording_of(source, reading)
+    recording = one_imu_of(source, reading, gyro)
+    gyro = gyro or "gyro"
     choices = Choices(gyro, gravity=gyro in recording)
     with name_source_in_errors(recording.source):
         prepared = prepare(recording, choices)
@@ -476,13 +479,13 @@ def _export_texts(calibration: Calibration, export: str, doubtful: bool) -> Sequ
     if export == "json":
         return ()
     if export == "imu_tk":
-        return calibration.to_imu_tk(force=doubtful)
+        return calibration.to_imu_tk(doubtful=doubtful)
     exporters = {
         "kalibr": calibration.to_kalibr,
         "px4": calibration.to_px4,
         "ardupilot": calibration.to_ardupilot,
     }
-    return (exporters[export](force=doubtful),)
+    return (exporters[export](doubtful=doubtful),)
 
 
 def magnetometer_files(
@@ -496,7 +499,7 @@ def magnetometer_files(
     written_exports = [export for export in exports if export in exporters]
     texts = (
         calibration.to_json(),
-        *(exporters[export](force=doubtful) for export in written_exports),
+        *(exporters[export](doubtful=doubtful) for export in written_exports),
     )
     endings = [ending for export in written_exports for ending in EXPORTS[export]]
     data = [*map(text_writer, texts)]

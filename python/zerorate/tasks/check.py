@@ -6,13 +6,13 @@ from typing import Unpack
 
 from zerorate.checks.preparation import check_axes
 from zerorate.checks.result import Checks
-from zerorate.tasks.source import ReadingArguments, Source, name_source_in_errors, recording_of
+from zerorate.tasks.source import ReadingArguments, Source, name_source_in_errors, one_imu_of
 
 
 def check(
     source: Source,
     *,
-    gyro: str = "gyro",
+    gyro: str | None = None,
     accel: str | None = None,
     scale_errors: bool = True,
     **reading: Unpack[ReadingArguments],
@@ -29,8 +29,8 @@ def check(
     source : Recording, path, data frame or mapping of arrays
         With a gyro and an accelerometer of three axes, of 10 Hz or more, and maybe a magnetometer.
     gyro, accel : str
-        Names of the sensors, of several: ``"gyro_1"`` and so on. Default: the first gyro, and the
-        accelerometer of its device.
+        Names of logs: ``"gyro_1"`` and so on; default the only gyro, and the accelerometer of its
+        device. ``sensor="imu2"`` chooses both by the name of their device.
     scale_errors : bool
         Look for scale errors and a delay of the gyro, too. Default yes.
     **reading
@@ -55,6 +55,6 @@ def check(
     >>> print(zr.check(zr.Recording({**recording, "gyro": wrong})).gyro.text)
     the gyro's y axis has the sign other than the accelerometer's
     """
-    recording = recording_of(source, reading)
+    recording = one_imu_of(source, reading, gyro, accel)
     with name_source_in_errors(recording.source):
-        return check_axes(recording, gyro, accel, scale=scale_errors)
+        return check_axes(recording, gyro or "gyro", accel, scale=scale_errors)

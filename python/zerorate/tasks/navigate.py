@@ -50,7 +50,7 @@ from zerorate.tasks.source import (
     ReadingArguments,
     Source,
     name_source_in_errors,
-    recording_of,
+    one_imu_of,
     split_options,
 )
 from zerorate.types import Floats
@@ -332,7 +332,7 @@ def navigate(
     correct = correction_of(calibration)
     truth = None if reference is None else _load_truth(reference, reference_offset)
     report("reading", 0.0)
-    recording = recording_of(source, reading)
+    recording = one_imu_of(source, reading)
     with name_source_in_errors(recording.source):
         prepared = prepare(recording, Choices(fix=fix, clipped=clipped, correct=correct))
         used_fixes = prepare_fixes(_load_fixes(recording, fixes))

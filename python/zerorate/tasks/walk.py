@@ -19,7 +19,7 @@ from zerorate.progress import Progress, choose_reporter
 from zerorate.tasks.coordinates import parse_position
 from zerorate.tasks.corrections import correction_of
 from zerorate.tasks.saving import Files, Writer, figure_writer
-from zerorate.tasks.source import ReadingArguments, Source, name_source_in_errors, recording_of
+from zerorate.tasks.source import ReadingArguments, Source, name_source_in_errors, one_imu_of
 
 _MAX_LATITUDE_DEG: Final = 89.5
 
@@ -94,7 +94,7 @@ def walk(
     nav = FootNavigation(floor=floor, restore=clipped != "leave")
     correct = correction_of(calibration)
     report("reading", 0.0)
-    recording = recording_of(source, reading)
+    recording = one_imu_of(source, reading)
     with name_source_in_errors(recording.source):
         prepared = prepare(recording, Choices(fix=fix, clipped="leave", correct=correct))
     with name_source_in_errors(recording.source, prepared.alarms):

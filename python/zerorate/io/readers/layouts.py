@@ -34,7 +34,7 @@ META_MARK: Final = "zerorate"
 _HEAD_BYTES: Final = 1 << 17
 _LINE: Final = re.compile(rb"[^\r\n]*(?:\r\n|\n|\r|\Z)")
 _SEP: Final = re.compile(r'"?sep=(.)"?[,;\t]*', re.IGNORECASE)
-_RATE: Final = re.compile(
+STATED_RATE: Final = re.compile(
     r"(?:rate|frequency|odr)\W{0,6}([0-9.]+) ?Hz|\bat ([0-9.]+) ?Hz", re.IGNORECASE
 )
 _TIME_UNIT_WORDS: Final = {spelling for spellings in UNITS.values() for spelling in spellings}
@@ -374,7 +374,7 @@ def _find_metadata(lines: Sequence[Line], first: Line) -> Metadata:
             return _parse_metadata(text)
     rates = {
         float(match[1] or match[2])
-        for match in (_RATE.search(line.text.replace(",", " ")) for line in above)
+        for match in (STATED_RATE.search(line.text.replace(",", " ")) for line in above)
         if match is not None
     }
     return Metadata(rate=rates.pop() if len(rates) == 1 else None)

@@ -88,7 +88,7 @@ class Settings:
     topic : str, optional
         Topic to read of ROS recordings and PX4 logs.
     sensor : str, optional
-        Which sensor of several in one table, as of `zerorate.read_log`.
+        Which sensor of several in one table, as of `zerorate.read_log`. Default: all.
     data_scale, start, stop, time, time_unit, torn : optional
         As `scale`, `start`, `stop`, `time`, `time_unit` and `torn` of `zerorate.read_log`: what
         values are multiplied by, the seconds between which each log is read, and what is said of
@@ -176,6 +176,7 @@ class Settings:
                     f" has no effect on command '{command}', only on 'replay'",
                 )
             )
+        output_format, loaded_calibration = format or _FORMATS[0], calibration_of(calibration)
         reading = {
             "rate": rate,
             "columns": columns,
@@ -189,7 +190,6 @@ class Settings:
             "time_unit": time_unit,
             "torn": torn,
         }
-        output_format, loaded_calibration = format or _FORMATS[0], calibration_of(calibration)
         vars(self).update(
             command=command,
             reading=reading,

@@ -11,7 +11,7 @@ from zerorate._native import exponential_mean
 from zerorate.metrics import BestEma
 from zerorate.noise.motion_check import moving_spans
 from zerorate.noise.records import is_constant
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record import LogError
 from zerorate.tasks.compare.measures import Row, mean_nis, measure_or_nan
 from zerorate.tasks.compare.methods import (
@@ -89,7 +89,7 @@ class ScoredAxis:
         if not self._bests:
             raise LogError(
                 f"{recording.source}: {axis} holds no {HORIZONS[0]:g} s without missing samples to "
-                f"coast through after the first {to_digits(self._start)} s"
+                f"coast through after the first {shorten(self._start, 3)} s"
             )
 
     def run(self, method: MethodSpec, samples: Floats) -> AxisResult:

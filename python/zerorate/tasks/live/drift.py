@@ -2,8 +2,8 @@
 
 import base64
 import math
-from collections.abc import Iterator, Sequence
-from typing import Any, Final
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
@@ -21,6 +21,9 @@ _HEAD_SAMPLES: Final = 100
 """Number of samples for the test for raw counts."""
 
 
+Corrector: TypeAlias = Callable[[list[float], list[float]], list[float]]
+
+
 class DriftEngine(TimedEngine):
     """Answers each sample with its rate, in the place of the channels.
 
@@ -36,8 +39,10 @@ class DriftEngine(TimedEngine):
         Samples that it has seen, those lost or garbled among them.
     accel : sequence of int
         Columns of an accelerometer, x, y, z; none if there is none.
-    clocked : Clocked, optional
+    stamp_clock : StampClock, optional
         The clock whose gaps are missing samples.
+    correct : callable, optional
+        Corrects a gyro's sample by a calibration, given the accelerometer's.
     """
 
     def __init__(
@@ -49,6 +54,7 @@ class DriftEngine(TimedEngine):
         samples: int = 0,
         accel: Sequence[int] = (),
         stamp_clock: StampClock | None = None,
+        correct: Corrector | None = None,
     ) -> None:
         super().__init__(layout, samples, stamp_clock)
         self._texts: list[str] = []
@@ -56,6 +62,7 @@ class DriftEngine(TimedEngine):
         self._head: list[list[float]] = []
         self._gyro: list[float] | None = None
         self._accel = tuple(accel)
+        self._correct = correct
 
     @property
     def columns(self) -> Sequence[str]:
@@ -97,6 +104,8 @@ class DriftEngine(TimedEngine):
             gyro = [value * self._scale for value in gyro]
         elif self.samples <= _HEAD_SAMPLES:
             self._head.append(gyro)
+        if self._correct is not None:
+            gyro = self._correct(gyro, force)
         self._gyro = gyro
         backlog = self._backlog
         self._texts = backlog.answer(gyro, force) if force else backlog.answer(gyro)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Final, Self, Unpack
 
 from zerorate._native import DriftFilter, MotionDetector
+from zerorate.calibration.calibration import Calibration
 from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.io.clocks.units import check_time_unit
 from zerorate.io.counts import Scale, Scaling
@@ -17,7 +18,7 @@ from zerorate.options import (
     add_rest_limits,
     check_options,
 )
-from zerorate.record.names import canonical_unit
+from zerorate.record.names import UNKNOWN_UNIT, canonical_unit, common_unit
 from zerorate.tasks.live.backlog import BacklogFilter
 from zerorate.tasks.live.checkpoint import (
     check_count,
@@ -25,7 +26,7 @@ from zerorate.tasks.live.checkpoint import (
     restore_filter,
     tuples_to_lists,
 )
-from zerorate.tasks.live.drift import DriftEngine
+from zerorate.tasks.live.drift import Corrector, DriftEngine
 from zerorate.tasks.live.engine import Engine
 from zerorate.tasks.live.lines import (
     ColumnError,
@@ -48,6 +49,7 @@ _LINE_FIELDS: Final = (
     "accel_columns",
     "time",
     "time_unit",
+    "calibration",
 )
 _AXES: Final = 3
 
@@ -83,6 +85,9 @@ class Settings:
         Column of the time of each sample: samples that its gaps show are missing.
     time_unit : str, optional
         Its unit, as ``time_unit`` of `zerorate.read_log`, where its name does not say it.
+    calibration : Calibration or str, optional
+        What the gyro is corrected by, with the accelerometer's force where lines hold it; or its
+        JSON.
     **options
         Arguments of `zerorate.DriftFilter`, with its defaults: method "auto", output
         "compensated".
@@ -112,6 +117,7 @@ class Settings:
     accel_columns: tuple[str | int, ...] | None
     time: str | int | None
     time_unit: str | None
+    calibration: str | None
     options: Mapping[str, Any]
 
     def __init__(
@@ -127,6 +133,7 @@ class Settings:
         accel_columns: tuple[str | int, ...] | None = None,
         time: str | int | None = None,
         time_unit: str | None = None,
+        calibration: Calibration | str | None = None,
         **options: Unpack[StreamOptions],
     ) -> None:
         if sequence_bits is not None:
@@ -140,6 +147,9 @@ class Settings:
         settled = params.keys() - (REST_LIMITS.keys() - filter_options.keys())
         stored_options = {name: params[name] for name in FILTER_OPTIONS if name in settled}
         Scaling.of(data_scale)
+        calibration_text = (
+            calibration if isinstance(calibration, str | None) else calibration.to_json()
+        )
         vars(self).update(
             rate=rate,
             beside=tuple(map(DriftColumn, beside)),
@@ -151,6 +161,7 @@ class Settings:
             accel_columns=accel_columns,
             time=time,
             time_unit=check_time_unit(time_unit),
+            calibration=calibration_text,
             options=stored_options,
         )
 
@@ -230,7 +241,35 @@ class Settings:
         stamp_clock: StampClock | None,
     ) -> DriftEngine:
         limit = self.options["limit"]
-        return DriftEngine(layout, backlog, self.data_scale, limit, samples, accel, stamp_clock)
+        correct = self._make_corrector(layout, accel)
+        return DriftEngine(
+            layout, backlog, self.data_scale, limit, samples, accel, stamp_clock, correct
+        )
+
+    def _make_corrector(self, layout: Layout, accel: tuple[int, ...]) -> Corrector | None:
+        """Return the corrector of samples; ColumnError if the calibration is of other sensors."""
+        if self.calibration is None:
+            return None
+        if len(layout.channels) != _AXES:
+            raise ColumnError(
+                f"a calibration is of a gyro of three axes, the lines have {len(layout.channels)}"
+            )
+        if layout.unit is None:
+            raise ColumnError(
+                make_sentence(
+                    "a calibration needs the unit of the gyro, which the lines do not say: give ",
+                    keyword_argument("unit"),
+                )
+            )
+        force_unit = _unit_of_accel(layout, accel)
+        calibration = Calibration.from_json(self.calibration).in_units(
+            gyro=layout.unit, accel=force_unit
+        )
+        if force_unit is None:
+            gyro_alone = calibration.corrector(inputs=3)
+            return lambda gyro, force: gyro_alone.update(gyro).tolist()
+        both = calibration.corrector()
+        return lambda gyro, force: both.update([*gyro, *force])[0].tolist()
 
     def as_json(self) -> dict[str, Any]:
         """Return the settings as JSON keeps them."""
@@ -245,6 +284,14 @@ class Settings:
             name: options.pop(name) for name in ("rate", *_LINE_FIELDS) if name in options
         }
         return cls(**line_fields, **options)
+
+
+def _unit_of_accel(layout: Layout, accel: tuple[int, ...]) -> str | None:
+    """Return the unit of the accelerometer by its columns' names, None if it is not known."""
+    if not accel or layout.names is None:
+        return None
+    unit = common_unit([layout.names[i] for i in accel], None, None)
+    return None if unit == UNKNOWN_UNIT else unit
 
 
 def _restore_motion(saved: Mapping[str, Any], rate: float) -> MotionDetector[bool] | None:

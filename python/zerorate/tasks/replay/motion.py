@@ -7,7 +7,6 @@ import numpy as np
 
 from zerorate._native import MotionDetector
 from zerorate.io import LogFile
-from zerorate.numerals import to_digits
 from zerorate.record import LogError
 from zerorate.tasks.workers import prefetch
 from zerorate.types import Booleans
@@ -49,7 +48,10 @@ def motion_of(accel: LogFile, gyro: LogFile) -> Booleans:
 def note_on_motion(accel: LogFile, moving: Booleans, rate: float) -> str:
     """Return the sentence that says what the accelerometer was used for."""
     names = ", ".join(accel.header.names)
+    if not moving.any():
+        return f"the accelerometer ({names}) shows no motion"
     seconds = np.count_nonzero(moving) / rate
     return (
-        f"the accelerometer ({names}) shows motion for {to_digits(seconds, 4)} s, used for no bias"
+        f"the accelerometer ({names}) shows motion for {seconds:.4g} s, in which no rate counts as "
+        "a bias"
     )

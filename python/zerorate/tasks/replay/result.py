@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 import numpy as np
 
 from zerorate.faults import keyword_argument, make_sentence
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record import Log
 from zerorate.record.log import Header, notes_of
 from zerorate.record.names import add_unit_suffix, split_unit
@@ -70,6 +70,20 @@ class Readings:
         return rest
 
 
+TRUTH_MEAN_S: Final = 10.0
+"""Seconds of the mean bias whose standard deviation `DriftFilter` states."""
+
+
+def trailing_mean(values: Floats, rate: float) -> Floats:
+    """Return the mean of the last ten seconds at each sample, or of all before, shape (n,)."""
+    width = min(max(1, round(TRUTH_MEAN_S * rate)), len(values))
+    sums = np.concatenate(([0.0], np.cumsum(values)))
+    stops = np.arange(1, len(values) + 1)
+    starts = np.maximum(stops - width, 0)
+    means: Floats = (sums[stops] - sums[starts]) / (stops - starts)
+    return means
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Summary(Result):
     """Summary of a replay without its samples: `table`, and `plot` of the biases.
@@ -110,6 +124,9 @@ class Summary(Result):
         How many samples the chosen filter left out although they were there.
     alarms : tuple of str
         What contradicts the log, a sentence each.
+    error_at_end : ndarray, shape (k,), or None
+        Bias at the end minus the mean of the true one over the last 10 s, in the unit of the log,
+        where that is known.
     """
 
     header: Header
@@ -129,6 +146,7 @@ class Summary(Result):
     sample_counts: SampleCounts
     left_out: ExclusionCounts
     alarms: tuple[str, ...] = ()
+    error_at_end: Floats | None = None
 
     @property
     def source(self) -> str:
@@ -172,6 +190,8 @@ class Replay(Summary, Result):
     readings : Readings or None
         How well the bias was known at each sample; None for a published method that neither minds
         motion nor compensates.
+    truth : ndarray, shape (n, k), or None
+        True bias, where it is known.
 
     Examples
     --------
@@ -186,6 +206,7 @@ class Replay(Summary, Result):
     log: Log
     filtered: Mapping[str, Floats]
     readings: Readings | None
+    truth: Floats | None = None
 
     @property
     def bias(self) -> Floats:
@@ -296,7 +317,7 @@ def _log_notes(replay: Summary) -> Iterator[str]:
 
 def _time_constant_notes(replay: Summary) -> Iterator[str]:
     times = {
-        name: "longer than the record" if math.isinf(seconds) else f"{to_digits(seconds)} s"
+        name: "longer than the record" if math.isinf(seconds) else f"{shorten(seconds, 3)} s"
         for name, seconds in zip(replay.header.names, replay.time_constant, strict=True)
         if not math.isnan(seconds)
     }
@@ -310,7 +331,7 @@ def _motion_notes(replay: Summary) -> Iterator[str]:
     if moved is None or not moved.any():
         return
     seconds = zip(replay.header.names, moved / replay.header.rate, strict=True)
-    listed = ", ".join(f"{name} {to_digits(time, 4)} s" for name, time in seconds if time)
+    listed = ", ".join(f"{name} {shorten(time, 4)} s" for name, time in seconds if time)
     yield (
         f"in motion, or not yet seen to rest, where nothing is learned: {listed}; all measures are "
         "of the rest"

@@ -30,6 +30,7 @@ from zerorate.tasks.replay.result import (
     extra_columns,
     extra_names,
     subtract_bias,
+    trailing_mean,
 )
 from zerorate.tasks.workers import BackgroundStep, prefetch, thread_pool
 from zerorate.types import Booleans, Floats
@@ -114,7 +115,17 @@ def run_filters(
     summary_fields: dict[str, Any] = {
         field.name: getattr(summary, field.name) for field in fields(summary)
     }
-    return Replay(**summary_fields, log=log, filtered=series.filtered, readings=series.readings)
+    true_rows = None if true_bias is None else true_bias.T
+    if true_rows is not None:
+        truth_at_end = [trailing_mean(axis, source.header.rate)[-1] for axis in true_rows.T]
+        summary_fields["error_at_end"] = summary.history.bias[-1] - np.array(truth_at_end)
+    return Replay(
+        **summary_fields,
+        log=log,
+        filtered=series.filtered,
+        readings=series.readings,
+        truth=true_rows,
+    )
 
 
 def filter_to_file(

@@ -16,16 +16,19 @@ from zerorate.checks.preparation import FILTER_CHOICES
 from zerorate.faults import ArgumentError
 from zerorate.io.counts import Scale
 from zerorate.io.logfile import LogFile
+from zerorate.io.reading import read_log
 from zerorate.io.writing import write_log
 from zerorate.options import METHODS, add_rest_limits, check_used
 from zerorate.progress import Progress, choose_reporter
 from zerorate.record.log import Log
+from zerorate.record.names import split_unit
 from zerorate.tasks.corrections import calibration_of
 from zerorate.tasks.imu import Imu
 from zerorate.tasks.replay.result import Panels, Replay, Summary
 from zerorate.tasks.replay.run import BLOCK_ROWS, HORIZONS, filter_to_file, run_filters
 from zerorate.tasks.saving import Files, figure_writer
 from zerorate.tasks.source import Source, UnscaledArguments, name_source_in_errors
+from zerorate.units import convert
 
 if TYPE_CHECKING:
     from zerorate._native import _FilterOptions, _Method, _Output
@@ -51,7 +54,7 @@ def replay(
     accel: bool | Log = True,
     calibration: Calibration | Path_ | None = None,
     fix: bool = False,
-    truth: npt.ArrayLike | None = None,
+    truth: npt.ArrayLike | Path_ | None = None,
     horizons: Sequence[float] = HORIZONS,
     progress: Progress | None = None,
     **options: Unpack[ReplayOptions],
@@ -74,9 +77,10 @@ def replay(
     calibration : Calibration or path, optional
         Calibration to correct the gyro with, first.
     fix : bool
-        Correct a unit or axes of the gyro that the motion contradicts, where that is certain.
-    truth : array_like, optional
-        True bias, of the shape and unit of the data, where it is known.
+        Put right a unit or axes of the gyro that the motion contradicts, where that is sure.
+    truth : array_like or path, optional
+        True bias, of the shape and unit of the data, where it is known; or a file as
+        ``zerorate simulate`` writes it, whose columns are named ``drift_x_radps`` and so on.
     horizons : sequence of float
         Horizons of the coasting error, s.
     progress : callable, optional
@@ -116,9 +120,23 @@ def replay(
         log = imu.gyro.log()
         accel_log = None if imu.accel is None else imu.accel.log()
         result = run_filters(
-            log, accel=accel_log, truth=truth, progress=report, **request.of_log(log.unit)
+            log,
+            accel=accel_log,
+            truth=_load_truth(truth, log),
+            progress=report,
+            **request.of_log(log.unit),
         )
     return replace(result, alarms=imu.alarms)
+
+
+def _load_truth(truth: npt.ArrayLike | Path_ | None, log: Log) -> npt.ArrayLike | None:
+    """Return the true bias of a log, read from a file and converted to its unit where it is one."""
+    if not isinstance(truth, str | os.PathLike):
+        return truth
+    axes = [name.rpartition("_") for name in (split_unit(own)[0] for own in log.names)]
+    columns = [f"drift_{axis}_radps" for _, _, axis in axes]
+    drift = read_log(truth, columns=columns, rate=log.rate, unit="rad/s").data
+    return convert(drift, "rad/s", log.unit)
 
 
 def replay_to_file(
