@@ -1,4 +1,4 @@
-"""Weights that make one gyro of many, what they gain, and how sure that is."""
+"""Weights that fuse many gyros into one, their gain, and its error."""
 
 from __future__ import annotations
 

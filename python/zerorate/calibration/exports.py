@@ -328,7 +328,7 @@ def _convert_to_si(calibration: Calibration, program: str) -> Calibration:
 
 
 def _check_valid(calibration: Calibration, doubtful: bool) -> None:
-    """Refuse a calibration whose own words doubt it: ValueError says what to record instead."""
+    """Refuse a doubtful calibration: ValueError with advice for another record."""
     if calibration.valid or doubtful:
         return
     advice = "; ".join(calibration.advice) or "rest in a dozen poses, and turns between them"

@@ -1,4 +1,4 @@
-"""The preparation of a recording: what contradicts it is said, and mended where that is sure.
+"""The preparation of a recording: contradictions are reported, and certain ones corrected.
 
 Every task begins here, so that all of them take a recording for the same. The steps stand in one
 table, `PREPARATIONS`, with evidence, threshold, default and the option that changes it.

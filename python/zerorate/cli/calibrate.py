@@ -160,7 +160,7 @@ def _correct(
     format: str | None,
     force: bool,
 ) -> None:
-    """Write a log without what a calibration has found."""
+    """Write a log, corrected by a calibration."""
     known = calibration_of(calibration)
     place = Destination.of(output, f"{log.stem}-zerorate-calibrated", LOG_FORMATS)
     suffix = log_ending(place, format)

@@ -44,7 +44,7 @@ _SIGNIFICANCE_SIGMAS: Final = 3.0
 
 
 class Course(NamedTuple):
-    """Up in the axes of the sensor at some times since the beginning, and how well it is known.
+    """Up in the axes of the sensor at some times since the beginning, with its sigma.
 
     Shapes (m,), (m, 3), (m,), (m,) in rad, and (m,): True for a rest that may be a rate table.
     """

@@ -1,4 +1,4 @@
-"""The clock of a log: rate, jitter, late and repeated stamps, gaps and what they cost."""
+"""The clock of a log: rate, jitter, late and repeated stamps, gaps and their cost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The magnetometer's disturbance: what the gyro says of its iron, and when no iron explains it."""
+"""The magnetometer's disturbance: its iron by the gyro, and spans that no iron explains."""
 
 from __future__ import annotations
 

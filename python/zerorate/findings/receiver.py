@@ -1,4 +1,4 @@
-"""The receiver: what it and the sensors say of each other, its clock, its own deviations."""
+"""The receiver: checks against the sensors, its clock, its own deviations."""
 
 from __future__ import annotations
 
@@ -180,7 +180,7 @@ def _early_or_late(seconds: float) -> str:
 
 
 def _check_innovations(start: Beginning, fixes: Fixes, gyro: Sensor) -> Iterator[Finding]:
-    """Yield by how much innovations are larger than the receiver's deviations let expect."""
+    """Yield the ratio of innovations to the receiver's standard deviations."""
     nav = start.filter(adapt="fixed")
     offset = start.time_offset
     track = nav.process(start.recording, fixes, time_offset=offset, keep="track")

@@ -1,4 +1,4 @@
-"""Rests of an IMU: when, the gyro's bias and how it moves, gravity, and noise."""
+"""Rests of an IMU: their times, the gyro's bias and its change, gravity, and noise."""
 
 from __future__ import annotations
 

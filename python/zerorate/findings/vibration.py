@@ -90,7 +90,7 @@ def _format_band(edges: tuple[float, float]) -> str:
 
 
 def _vibration_rms(sensor: Sensor, count: int) -> Floats:
-    """Return the root mean square of what is faster than 5 Hz, all axes, block by block.
+    """Return the root mean square above 5 Hz, all axes, block by block.
 
     ArduPilot's: the force less its low-pass of 5 Hz, squared, low-passed at 2 Hz, the root.
     """

@@ -1,4 +1,4 @@
-"""Two feet of one person: both tracks in one frame, held together; what differs between them."""
+"""Two feet of one person: both tracks in one frame, with a bound; their differences."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ class Feet(Result):
     bound_count: int
 
     def __repr__(self) -> str:
-        """Return both ways, and how often the bound was met."""
+        """Return both distances, and the number of times at the bound."""
         return (
             f"Feet({shorten(self.left.distance, 4)} m left, {shorten(self.right.distance, 4)} "
             "m right, "
@@ -296,7 +296,7 @@ def _align_tracks(left: np.ndarray, right: np.ndarray) -> tuple[complex, complex
 def _smooth_feet(
     positions: np.ndarray, wander: Floats, distance: float
 ) -> tuple[Floats, Floats, int]:
-    """Return places and turns of both feet, smoothed, and how often they met the bound.
+    """Return smoothed positions and turns of both feet, and the number of times at the bound.
 
     The state is x, y and turn of either foot.
     """

@@ -287,6 +287,6 @@ def _portmanteau(estimates: Correlations, fitted: int) -> Verdict:
 
 
 def _predictable_share(acf: Floats) -> float:
-    """Return 1 less the product of 1 - pacf^2, which is what each lag leaves of the variance."""
+    """Return 1 less the product of 1 - pacf^2, the share of the variance left by each lag."""
     pacf = partial_autocorrelations(acf)
     return 1.0 - float(np.prod(1.0 - pacf[np.isfinite(pacf)] ** 2))

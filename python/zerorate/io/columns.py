@@ -95,7 +95,7 @@ class Timing:
 
 @dataclass(frozen=True)
 class ColumnChoice:
-    """Indices of the time column (None without one) and of the data columns, and what to note."""
+    """Indices of the time column (None without one) and of the data columns, and notes."""
 
     time: int | None
     data: tuple[int, ...]
@@ -191,7 +191,7 @@ def _choose_sensors(
     sensor: str | None,
     is_sole: bool,
 ) -> tuple[tuple[int, ...], tuple[str, ...]]:
-    """Return the columns of one sensor of each kind, and what to note of them."""
+    """Return the columns of one sensor of each kind, and notes on them."""
     triads = find_triads({i: name for i, name in enumerate(names) if i != time})
     of_kinds = [triad for triad in triads if triad.kind in kinds]
     if not of_kinds:

@@ -32,7 +32,7 @@ _STATED: Final = "as stated"
 
 @dataclass(frozen=True)
 class ColumnExplanation:
-    """A column: its name, what that means, its unit and who says it, and the log that has it.
+    """A column: its name, its meaning, its unit with the origin, and its log.
 
     Texts are empty where nothing is known.
     """

@@ -1,4 +1,4 @@
-"""Limits of what a file may cost to read: seconds and bytes by its size, and columns."""
+"""Limits of the cost of reading a file: seconds and bytes by its size, and columns."""
 
 from __future__ import annotations
 

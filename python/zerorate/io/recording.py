@@ -335,7 +335,7 @@ def _read_source(
     notes: list[str],
     column_names: list[str],
 ) -> Iterator[_SensorLog]:
-    """Yield the logs of one source; add what was left out, and the columns that there are."""
+    """Yield the logs of one source; add omissions, and the present columns."""
     tables = [] if request.is_single_topic else _choose_tables(content, request.topic)
     if not tables:
         tables = [content.choose_table(request.topic)]

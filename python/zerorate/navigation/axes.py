@@ -76,7 +76,7 @@ class Axes:
 
 @dataclass(frozen=True, eq=False)
 class _ForceSamples:
-    """Mean forces with what they should be, and weights."""
+    """Mean forces with their expectations, and weights."""
 
     force: Floats
     motion: Floats
@@ -180,7 +180,7 @@ def _level_axes(down: Floats) -> tuple[Floats, Floats]:
 def _fit_angles(
     rows: _ForceSamples, coefficients: Floats, first: Floats, second: Floats
 ) -> tuple[float, float, float]:
-    """Return the angle of forward, how far the right is from where it should be, and the yaw."""
+    """Return the angle of forward, the skew of the right axis, and the yaw."""
     _, forward, right = coefficients
     ahead = math.atan2(forward @ second, forward @ first)
     aside = math.atan2(right @ second, right @ first) - 0.5 * math.pi

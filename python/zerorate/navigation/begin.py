@@ -309,7 +309,7 @@ class _Arm:
 
 
 def _describe_mistakes(checks: NavigationChecks, vehicle: Vehicle) -> Iterator[str]:
-    """Yield a line for each mistake, with what is done about it or may be typed."""
+    """Yield a line for each mistake, with the correction or the option to type."""
     for finding in vehicle.mistakes(checks):
         advice: str | Sentence = ""
         if finding.what == "mount":
@@ -422,7 +422,7 @@ class _Search:
         return find_noise(self.recording, self.fixes, start, time_offset=offset, **options)
 
     def _options_with_antenna(self) -> dict[str, Any]:
-        """Return options of a filter that knows how far the antenna is known."""
+        """Return options of a filter with the standard deviation of the antenna's position."""
         vehicle = self.vehicle
         known = {"antenna": vehicle.antenna, "antenna_sigma": vehicle.antenna_sigma}
         return {**known, **self.options}

@@ -1,4 +1,4 @@
-"""By how much the clock of a receiver differs from that of the sensors, by innovations."""
+"""The offset of a receiver's clock from that of the sensors, by innovations."""
 
 from __future__ import annotations
 
@@ -273,7 +273,7 @@ class _Search:
         return self.gnss.time + theta[0] + drift, velocity + theta[1] + drift
 
     def position_lag(self, theta: Floats) -> float:
-        """Return by how much positions come after the velocities nearest to them, s."""
+        """Return the delay of positions behind the velocities nearest to them, s."""
         position, velocity = self.fix_times(theta)
         velocity = np.sort(velocity)
         after = np.searchsorted(velocity, position).clip(1, max(1, len(velocity) - 1))
@@ -440,7 +440,7 @@ class _Search:
         return replace(offset, antenna=tuple(antenna[0]), antenna_sigma=tuple(antenna[1]))
 
     def doubt(self) -> float:
-        """Return the factor on standard deviations that seem too small, of what was simulated."""
+        """Return the factor on standard deviations that are too small on simulations."""
         receiver = self.receiver
         moving = receiver.speed[receiver.speed > 0.0]
         slow = moving.size > 0 and float(np.median(moving)) < _SLOW_SPEED_M_S

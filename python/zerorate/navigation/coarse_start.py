@@ -1,4 +1,4 @@
-"""A start from what there is: a rest if the receiver stands too, else in motion."""
+"""A start from the available data: a rest if the receiver stands, too, else in motion."""
 
 from __future__ import annotations
 
@@ -213,7 +213,7 @@ def _motion_starts(time: Floats, moving: Booleans) -> Iterator[float]:
 
 
 def begins_in_motion(start: Alignment) -> bool:
-    """Return True if a start had no rest, by which the bias of the gyro is known."""
+    """Return True if a start had no rest for the bias of the gyro."""
     return start.gyro_bias_sigma >= _GYRO_BIAS_SIGMAS_RAD_S[1]
 
 

@@ -203,7 +203,7 @@ def format_heading(heading: float, digits: int) -> str:
 
 
 def _integrate_yaw(samples: Samples, start: Alignment, piece: slice) -> Floats:
-    """Return by how much the body has turned since the start, by its gyro, rad."""
+    """Return the rotation of the body since the start, by its gyro, rad."""
     time = samples.time[piece]
     rate = np.nan_to_num(samples.gyro[piece]) - start.gyro_bias
     steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time)[:, np.newaxis]

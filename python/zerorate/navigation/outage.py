@@ -295,7 +295,7 @@ class OutagePlan:
         threads: int,
         report: Progress,
     ) -> Outages:
-        """Return the errors of a filter, by what it made of all fixes and what it is given."""
+        """Return the errors of a filter, by its estimates with all fixes and with some withheld."""
         from zerorate.record.offset import TimeOffset
 
         fixes = _FixSpan.of(undisturbed, TimeOffset.of(inputs["time_offset"]).applied(gnss))

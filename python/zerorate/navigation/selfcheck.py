@@ -186,7 +186,7 @@ def check_navigation(
 
 @dataclass(eq=False)
 class _CheckState:
-    """Sensors and fixes, of which each step puts right what it names."""
+    """Sensors and fixes; each step corrects the mistake that it finds."""
 
     samples: Samples
     fixes: Fixes

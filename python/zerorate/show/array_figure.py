@@ -1,4 +1,4 @@
-"""The figure of an array: Allan deviations, and how much each sensor counted over time."""
+"""The figure of an array: Allan deviations, and the weights of sensors over time."""
 
 from __future__ import annotations
 
@@ -174,7 +174,7 @@ def _label_rows(axes: Axes, replay: ArrayReplay) -> None:
 
 
 def _average_over_time(replay: ArrayReplay) -> tuple[Floats, npt.NDArray[np.int8]]:
-    """Return of each while the mean weight where used, times N, and what most samples came to.
+    """Return for each while the mean weight where used, times N, and the class of most samples.
 
     Both have shape (whiles, N). A sensor that was excluded in a while at all is so shown.
     """

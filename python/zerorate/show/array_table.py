@@ -1,4 +1,4 @@
-"""The replay of an array as plain text: how each sensor did, and what the array gains."""
+"""The replay of an array as plain text: results of each sensor, and gain of the array."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def _count_noun(count: int, thing: str) -> str:
 
 
 def _sensor_rows(replay: ArrayReplay, kinds: Sequence[int]) -> Iterator[tuple[str, ...]]:
-    """Yield the label of each sensor, what became of its samples, and its weight at rest."""
+    """Yield the label of each sensor, the use of its samples, and its weight at rest."""
     weights = replay.mean_weights.tolist()
     for label, shares, weight in zip(replay.log.labels, replay.shares, weights, strict=True):
         yield label, *map(_format_percent, shares[kinds].tolist()), f"{weight:.3f}"

@@ -1,4 +1,4 @@
-"""The figure of an attitude: angles, how far to trust them, and what was learned of the gyro."""
+"""The figure of an attitude: angles, their standard deviations, and the gyro's learned errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The figure of a calibration: what it was made of, what it gained, and how well it is known."""
+"""The figure of a calibration: its data, its gain, and its errors."""
 
 from __future__ import annotations
 

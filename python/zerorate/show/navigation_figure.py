@@ -290,7 +290,7 @@ def _draw_ellipse(axes: Axes, centre: Floats, sigma: Floats, colour: str) -> Non
 
 
 def _draw_outages(axes: Axes, longest: OutageErrors, origin: Floats) -> None:
-    """Draw what the filter made of the way in each outage."""
+    """Draw the filter's track in each outage."""
     truth = _horizontal_ned(longest.position, origin)
     estimate = truth + longest.errors[FILTER]
     for k in range(longest.n):
@@ -336,7 +336,7 @@ def _draw_angle_sigma(panel: Axes, track: Track, times: Floats) -> None:
 
 
 def _set_log_scale(panel: Axes) -> None:
-    """Make a scale logarithmic, a decade at least, where what is drawn has a place on it."""
+    """Make a scale logarithmic, a decade at least, if the drawn values are positive."""
     drawn = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in panel.lines])
     drawn = drawn[np.isfinite(drawn) & (drawn > 0.0)]
     if drawn.size:

@@ -1,4 +1,4 @@
-"""The overview of reports on many logs: what needs a person first, and trends of each device."""
+"""The overview of reports on many logs: urgent logs first, and trends of each device."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _ABOUT_TEXT: Final = (
 
 
 class LogSummary(NamedTuple):
-    """A log with how many of its findings are of which severity."""
+    """A log with the numbers of its findings by severity."""
 
     outcome: Outcome
     act: int
@@ -61,7 +61,7 @@ class LogSummary(NamedTuple):
 
 
 def summarise_logs(outcomes: Iterable[Outcome]) -> list[LogSummary]:
-    """Return the logs, what needs a person first: unread ones, then most to act on."""
+    """Return the logs, urgent ones first: unread ones, then most to act on."""
     logs = [_summarise_log(one) for one in outcomes]
     logs.sort(key=lambda one: (one.outcome.error is None, -one.act, -one.look, one.outcome.name))
     return logs

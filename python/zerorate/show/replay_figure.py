@@ -88,7 +88,7 @@ def plot_replay(replay: Replay, everything: bool = False) -> Figure:
 
 
 def mean_truth(truth: Floats, rate: float) -> Floats:
-    """Return the mean of the true bias over the next ten seconds, of which the σ is, shape (n,)."""
+    """Return the mean of the true bias over the next ten seconds, as σ refers to it, shape (n,)."""
     return trailing_mean(truth[::-1], rate)[::-1]
 
 

@@ -1,4 +1,4 @@
-"""All panels of a replay, a column an axis: what was learned and how, and Allan deviations."""
+"""All panels of a replay, a column an axis: learned parameters, and Allan deviations."""
 
 from __future__ import annotations
 
@@ -158,7 +158,7 @@ def _share_scales(grid: Grid, replay: Replay) -> None:
 
 
 def _make_title(replay: Replay, letters: int) -> str:
-    """Return the log's name, its middle left out where it is too long, above the filter's."""
+    """Return the log's name, its middle left out if it is too long, above the filter's."""
     source = replay.log.meta.get("sensor") or Path(replay.log.meta.get("source", "log")).name
     if len(source) > letters:
         source = f"{source[: letters // 2]}…{source[-(letters // 2) :]}"

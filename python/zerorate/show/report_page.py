@@ -57,7 +57,7 @@ _ABOUT_TEXT: Final = (
 
 
 def format_report(report: Report) -> str:
-    """Return the summary, and what to act on and look at, one sentence each."""
+    """Return the summary, and the findings to act on and to look at, one sentence each."""
     lines = [wrap_prose(f"{report.source.rpartition('/')[2]}: {report.summary}")]
     lines.extend(
         wrap_prose(_format_kind(report, of_kind), hang="      ")
@@ -95,7 +95,7 @@ def _group_urgent(report: Report) -> list[list[Finding]]:
 
 
 def _format_kind(report: Report, findings: list[Finding]) -> str:
-    """Return the first finding of a kind, when it is seen, and how many others there are."""
+    """Return the first finding of a kind, its time, and the number of others."""
     first, more = findings[0], len(findings) - 1
     spans_text = f" [{_format_times(first, _MAX_TERMINAL_SPANS)}]" if first.spans else ""
     others = f" {more} more of this kind, on the page." if more else ""
@@ -200,7 +200,7 @@ def _shortened(report: Report, finding: Finding) -> Finding:
 
 
 def _list_first(report: Report) -> str:
-    """Return the first finding of each kind that is urgent, and how many others there are."""
+    """Return the first finding of each urgent kind, and the number of others."""
     items = "".join(
         _format_finding(_shortened(report, finding), len(others))
         for finding, *others in _group_urgent(report)

@@ -66,7 +66,7 @@ def plot_integrated(result: Integrated) -> Figure:
 
 
 def format_integrated(result: Integrated) -> str:
-    """Return the last angle with its deviation, and what was missing."""
+    """Return the last angle with its standard deviation, and the missing samples."""
     rows = [
         ("angle at the end", f"{format_significant(float(np.degrees(result.angle[-1])), 5)} deg")
     ]
@@ -108,7 +108,7 @@ def format_denoised(result: Denoised) -> str:
 
 
 def plot_linear(result: LinearRun) -> Figure:
-    """Return each state with two standard deviations where they were kept, and the NIS."""
+    """Plot each state with two standard deviations if they were kept, and the NIS."""
     sigma = _standard_deviations(result.covariance) if result.complete else None
     panels = _make_state_panels(result.state, sigma)
     if result.complete:
@@ -190,7 +190,7 @@ def plot_fused(result: FusedAccelerometers) -> Figure:
 
 
 def format_fused(result: FusedAccelerometers) -> str:
-    """Return the share of each sensor, how often it was left out, and what is left of it."""
+    """Return the share of each sensor, its exclusions, and its residual."""
     rows = tuple(
         (
             f"sensor {k}",
@@ -271,7 +271,7 @@ def _draw_figure(title: str, panels: Sequence[_Panel], rate: float | None) -> Fi
 
 
 def _draw_panel(axes: Axes, panel: _Panel, rate: float | None) -> str:
-    """Draw the curves of a panel; return what its time axis is called."""
+    """Draw the curves of a panel; return the label of its time axis."""
     n = len(panel.values)
     unit, length = ("sample", 1.0) if rate is None else time_unit(n / rate)
     step = max(1, n // _MAX_POINTS)

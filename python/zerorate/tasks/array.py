@@ -460,7 +460,7 @@ class _ArrayRecorder:
         self._excluded = np.zeros(sensors, np.bool_)
 
     def take(self, array: GyroArray, first: int) -> None:
-        """Give the array one block, and note what it says."""
+        """Give the array one block, and record its output."""
         block = np.s_[first : first + _BLOCK_ROWS]
         z = np.ascontiguousarray(self._log.data[block])
         begin = time.thread_time()
@@ -589,7 +589,7 @@ def notes_on(replay: ArrayReplay) -> Iterator[str]:
 
 
 def _format_spans(spans: Sequence[tuple[float, float]]) -> str:
-    """Return the first spans, and how many there are more."""
+    """Return the first spans, and the number of further ones."""
     shown = ", ".join(
         f"{shorten(start, 4)} to {shorten(end, 4)} s" for start, end in spans[:_MAX_LISTED_SPANS]
     )

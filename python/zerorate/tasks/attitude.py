@@ -1,4 +1,4 @@
-"""The attitude of a recording: what ``attitude`` does."""
+"""The attitude of a recording: ``zerorate attitude``."""
 
 from __future__ import annotations
 

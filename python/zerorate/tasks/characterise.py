@@ -273,7 +273,7 @@ def _join_logs(logs: Sequence[Log]) -> Log:
 
 
 def parse_exports(export: str | Iterable[str], inflate: float, per_sample: bool) -> list[str]:
-    """Return the names of exports, each once; ValueError for what acts on none of them.
+    """Return the names of exports, each once; ValueError for options that none of them uses.
 
     `export`: names, with commas between or as a sequence.
     """

@@ -200,7 +200,7 @@ def unique_stems(sources: Sequence[str]) -> list[str]:
 
 @contextmanager
 def name_source_in_errors(source: str, alarms: Sequence[str] = ()) -> Iterator[None]:
-    """Let a fault of the data say which recording is at fault, and what may be the cause of it.
+    """Add the recording at fault, and possible causes, to a fault of the data.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ _MAX_ELEMENT: Final = 0.6
 
 @dataclass(frozen=True, eq=False)
 class IronChoice:
-    """The fit, and what of it is applied, in units of the field's median size.
+    """The fit, and the applied part of it, in units of the field's median size.
 
     Parameters
     ----------

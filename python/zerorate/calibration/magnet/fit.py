@@ -125,7 +125,7 @@ def count_known_directions(block: Floats) -> int:
 
 
 def zero_unknown_directions(values: Floats, matrix: Floats, groups: int) -> Floats:
-    """Return hard irons of which what is not known is zero, shape (g, 3)."""
+    """Return hard irons with zeros along unknown directions, shape (g, 3)."""
     values = values.copy()
     for g in range(groups):
         slots = slice(8 + 3 * g, 11 + 3 * g)

@@ -210,7 +210,7 @@ def _rotation_vector(choice: IronChoice) -> Vector:
 def _field_and_dip(
     choice: IronChoice, matrix: Floats, norm: float
 ) -> tuple[Coefficient, Coefficient]:
-    """Return size and dip of the mean field, with what hard and soft iron leave open."""
+    """Return size and dip of the mean field, with the uncertainty by hard and soft iron."""
     fields = choice.fit.fields
     h, back = fields.mean(axis=0), choice.ticks.inverse_rotation
     turn = choice.ticks.rotation

@@ -304,12 +304,12 @@ class TemperatureModel(Result):
         return rows
 
     def _parts(self, T: Floats) -> tuple[Floats, Floats]:
-        """Return the nearest temperature of the range, and how far the tangent goes from there."""
+        """Return the nearest temperature of the range, and the length of the tangent from there."""
         inside = np.clip(T, *self.range)
         return inside, np.clip(T - inside, -self.span, self.span)
 
     def _doubt(self, T: Floats, known: Booleans) -> Floats:
-        """Return the error of what is not in the coefficients."""
+        """Return the error that is not in the coefficients."""
         inside, beyond = self._parts(T)
         c = self.coefficients
         x = ((inside - self.reference) / KELVINS_PER_UNIT)[..., np.newaxis]
@@ -458,7 +458,7 @@ def _parse_mask(rests: npt.ArrayLike | None, n: int) -> Booleans | None:
 
 
 class _ThermometerReading(NamedTuple):
-    """Temperature of each sample, NaN without one; step of the thermometer; how many left out."""
+    """Temperature of each sample, NaN without one; step of the thermometer; number left out."""
 
     known: Floats
     step: float = 0.0

@@ -1,4 +1,4 @@
-"""Cells of text tables: how a line is taken apart into them, and which of them are numbers.
+"""Cells of text tables: splitting of lines, and detection of numbers.
 
 A cell never spans lines. Quotes belong to the table only where they enclose a whole cell; in a line
 in which some do not, all are ordinary characters.

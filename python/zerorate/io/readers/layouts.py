@@ -53,7 +53,7 @@ _REMEDY: Final = (
 
 
 class Line(NamedTuple):
-    """A line of the file, counted from 1, and where it begins."""
+    """A line of the file, counted from 1, and its offset."""
 
     number: int
     offset: int
@@ -317,7 +317,7 @@ def _add_unit(name: str, cell: str) -> str:
 
 
 def _merge_names(rows: list[list[str]]) -> list[str]:
-    """Return one line of names from several: what stands above belongs to the cells to its right.
+    """Return one line of names from several: a cell above belongs to the cells to its right.
 
     Where that leaves names that repeat, the line on top names each repetition.
     """
@@ -334,7 +334,7 @@ def _merge_names(rows: list[list[str]]) -> list[str]:
 
 
 def _fill_cells(cells: list[str]) -> list[str]:
-    """Return cells with empty ones taking what stands to their left."""
+    """Return cells with empty ones filled from their left neighbour."""
     last = ""
     return [last := cell or last for cell in cells]
 

@@ -56,7 +56,7 @@ def _find_calibration(log: ULog) -> dict[str, float] | None:
 def _note_topics(
     tables: dict[str, Table], topics: Mapping[str, Topic], measured: Sequence[str]
 ) -> dict[str, Table]:
-    """Return the tables with what is to be said of each: the same device, faster samples."""
+    """Return the tables with notes on each: the same device, faster samples."""
     devices: dict[int, str] = {}
     noted = dict(tables)
     for name in measured:

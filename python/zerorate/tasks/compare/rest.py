@@ -65,7 +65,7 @@ def rest_rows(
 
 
 def rest_notes(recording: Trial) -> Iterator[str]:
-    """Yield that there is no reference, and where the sensor seems to move nonetheless."""
+    """Yield that there is no reference, and the spans in which the sensor seems to move."""
     yield f"{recording.source}: without a reference, so it is taken to be at rest"
     for name, z in zip(recording.log.names, recording.log.data.T, strict=True):
         if is_constant(z, np.nanmax(z)):
@@ -97,7 +97,7 @@ class ScoredAxis:
         return run_on_axis(method, samples, self._rate, self._gain, self._unit)
 
     def measure(self, method: MethodSpec, result: AxisResult, samples: Floats) -> dict[str, float]:
-        """Return the measures of what a method made of the samples it has seen."""
+        """Return the measures of a method's output for the samples it has seen."""
         values = {}
         for horizon in HORIZONS:
             estimate = result.estimate

@@ -155,7 +155,7 @@ class Summary(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Sentences on the log's clock, gaps and assumptions, and on what the filter did."""
+        """Sentences on the log's clock, gaps and assumptions, and on the filter's actions."""
         return tuple(notes_on(self))
 
     @property
@@ -283,7 +283,7 @@ class Replays(Result):
 
 
 def notes_on(replay: Summary) -> Iterator[str]:
-    """Yield the sentences on the log, and on what the filter did."""
+    """Yield the sentences on the log, and on the filter's actions."""
     yield from _log_notes(replay)
     yield from describe_unlearned(replay)
     guarded = int(np.sum(replay.guard_count[replay.method]))
@@ -339,7 +339,7 @@ def _motion_notes(replay: Summary) -> Iterator[str]:
 
 
 def describe_unlearned(replay: Summary) -> Iterator[str]:
-    """Yield a sentence on each axis of which the chosen filter learned nothing for certain."""
+    """Yield a sentence on each axis without certain rest, for the chosen filter."""
     needed, counts = (
         max(10, round(replay.params["startup"] * replay.header.rate)),
         replay.sample_counts,
