@@ -43,7 +43,7 @@ _SAMPLE_TOLERANCE, _TICK_TOLERANCE = 0.5, 0.1
 """Parts of the acceleration, gravity at least, by which a sample and the mean of a tick are off."""
 
 _DERIVATIVE_SIGMAS: Final = 3.0
-"""Deviations of the rate's derivative, times the lever arm."""
+"""Standard deviations of the rate's derivative, times the lever arm."""
 _UNKNOWN_LEVER_M: Final = 0.05
 """Metres between sensors whose positions are not given."""
 

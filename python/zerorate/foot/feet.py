@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 _ALIGNMENT_M: Final = 20.0
 """Metres of the way by which the frames of both feet are laid over each other."""
 _PRIOR_SIGMAS: Final = (0.5, 0.1)
-"""Deviations of where the other foot is after that, m, and of its heading, rad."""
+"""Standard deviations of where the other foot is after that, m, and of its heading, rad."""
 _BOUND_SIGMA_M: Final = 0.1
-"""Deviation of the bound, m."""
+"""Standard deviation of the bound, m."""
 _STEP_SIGMAS: Final = (0.005, 0.005)
 """Standard deviation of each step without that of its heading: m, and as a part of it."""
 _MIN_HEADING_SIGMA_RAD: Final = 1e-4

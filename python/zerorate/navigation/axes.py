@@ -12,7 +12,7 @@ from zerorate.navigation.windows import GRAVITY_M_S2, Means, Windows
 from zerorate.types import Floats
 
 _ROAD_NOISE_M_S2: Final = 0.3
-"""Deviation of a mean force by what a receiver does not see, m/s^2."""
+"""Standard deviation of a mean force by what a receiver does not see, m/s^2."""
 _HUBER_LIMIT: Final = 2.5
 _BLOCK_S: Final = 10.0
 _MIN_WINDOWS: Final = 20
@@ -34,11 +34,11 @@ class Axes:
     yaw : float
         Angle of forward from its x axis about down, rad.
     yaw_sigma : float
-        Its deviation, rad.
+        Its standard deviation, rad.
     skew : float
         Angle between the right axis and its proper direction, rad; about pi in mirrored axes.
     skew_sigma : float
-        Its deviation, rad.
+        Its standard deviation, rad.
     certain : bool
         True if the axes may be used without a request.
 

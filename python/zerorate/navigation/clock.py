@@ -407,7 +407,7 @@ class _Search:
         return theta, now
 
     def estimate(self, theta: Floats, now: _Innovations, equations: ClockEquations) -> TimeOffset:
-        """Return the numbers with their deviations, without a rate that is not sure."""
+        """Return the numbers with their standard deviations, without a rate that is not sure."""
         nis = float(np.nanmean(np.minimum(now.scalars**2, _MAX_NIS)))
         unknown = TimeOffset(math.nan, math.inf, nis=nis)
         sigma, remaining = equations.sigmas(), equations.remaining()

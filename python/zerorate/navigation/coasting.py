@@ -435,7 +435,7 @@ def _search(coasting: _Coasting, is_assumed: bool) -> FoundNoise:
 def _level(coasting: _Coasting, theta: Floats) -> Floats:
     """Return the logarithms with white noise raised to the RMS of the longer coasts' errors.
 
-    A likelihood with heavy tails leaves these out of its deviation, which is to hold them.
+    A likelihood with heavy tails leaves these out of its standard deviation, which is to hold them.
     """
     level = float(np.nanmean(coasting.run(theta).ratios()[1:] ** 2))
     if not level > 1.0:

@@ -19,7 +19,7 @@ _WIDTH_S: Final = 1.0
 _GAP_WIDTHS: Final = 2.5
 """Widths, or intervals, from which on two fixes leave a gap."""
 _MAX_TURN_SIGMA_RAD: Final = 0.35
-"""Deviation of a change of course, rad, from which on the course is not known."""
+"""Standard deviation of a change of course, rad, from which on the course is not known."""
 
 
 def sigma_of_position(fixes: Fixes) -> Floats:

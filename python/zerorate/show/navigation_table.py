@@ -92,7 +92,7 @@ def format_errors(errors: TrackErrors, steps: TrackErrors | None, fitted: str) -
 
 
 def format_alignment(alignment: Alignment) -> str:
-    """Return the angles at the end of the rest, and the biases, with their deviations."""
+    """Return the angles at the end of the rest, and the biases, with their standard deviations."""
     angles = np.degrees(euler_angles(alignment.quaternion[np.newaxis])[0])
     angles[2] %= 360.0
     level, heading = math.degrees(alignment.level_sigma), math.degrees(alignment.heading_sigma)
@@ -119,7 +119,7 @@ def format_alignment(alignment: Alignment) -> str:
 
 
 def format_time_offset(offset: TimeOffset) -> str:
-    """Return the offset with its deviation."""
+    """Return the offset with its standard deviation."""
     if not offset.identifiable:
         return "time offset not identifiable: the vehicle hardly changes its velocity"
     lines = [f"time offset {offset.seconds:.3f} s (sigma {offset.sigma:.3f} s)"]

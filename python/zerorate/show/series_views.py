@@ -124,7 +124,7 @@ def plot_smoothed(result: SmoothedRun) -> Figure:
 
 
 def format_linear(result: LinearRun) -> str:
-    """Return the last state and its deviations, the mean NIS and the log-likelihood."""
+    """Return the last state and its standard deviations, the mean NIS and the log-likelihood."""
     sigma = _standard_deviations(result.covariance) if result.complete else None
     text = _format_last_state("Linear Kalman filter", result.state, sigma)
     if not result.complete:
@@ -139,7 +139,7 @@ def format_linear(result: LinearRun) -> str:
 
 
 def format_smoothed(result: SmoothedRun) -> str:
-    """Return the last state of the smoother and its deviations."""
+    """Return the last state of the smoother and its standard deviations."""
     sigma = _standard_deviations(result.covariance)
     return _format_last_state("Linear Kalman filter, smoothed", result.state, sigma)
 

@@ -19,7 +19,7 @@ _WINDOW_TICKS: Final = 200
 """Ticks in which the field is one."""
 _SOFT_PRIOR_SIGMA: Final = 0.2
 KNOWN_SIGMA: Final = 0.10
-"""Deviation of a direction of the hard iron that is known."""
+"""Standard deviation of a direction of the hard iron that is known."""
 _MAX_SOFT_SIGMA_RATIO: Final = 0.3
 _UNMODELLED_SIGMA: Final = 0.03
 
