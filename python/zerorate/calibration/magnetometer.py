@@ -273,7 +273,7 @@ class MagnetometerCalibration(Result):
         before : bool
             True for raw samples: with the effects of hard and soft iron, and of their uncertainty.
         group : int, optional
-            With the hard iron of which group; default that of `longest`, whose deviations count.
+            Index of the group whose hard iron is used; default `longest`.
 
         Returns
         -------

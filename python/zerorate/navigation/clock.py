@@ -119,10 +119,10 @@ def find_time_offset(
     standard deviations, after the first 20 s. A clock and an antenna forward of the sensors are the
     same at constant speed: what the record does not separate is filled by the prior
     (0.3 s, 1e-3, 1 m), and the standard deviations grow. Slopes are those forward times those
-    backward, whose noise has nothing in common. A position or a velocity beyond six deviations is
-    left out if the next is not as large to the same side. Deviations are at least those of
-    innovations that are as large as the filter says, with a fifth of the time of a sample. A rate
-    is reported only if it exceeds three standard deviations. If innovations are twice their
+    backward, whose noise has nothing in common. A position or a velocity beyond six standard
+    deviations is left out if the next is not as large to the same side. Deviations are at least
+    those of innovations that are as large as the filter says, with a fifth of the time of a sample.
+    A rate is reported only if it exceeds three standard deviations. If innovations are twice their
     expected size, the clock does not explain them and no offset is reported.
 
     Examples

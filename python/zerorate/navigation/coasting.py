@@ -173,7 +173,8 @@ def find_noise(
     A copy of the filter leaves it every ten seconds, takes no fix, and is compared with the fixes
     after 2, 5 and 10 s. Three factors on the noise maximise the likelihood of the horizontal
     errors (Student's with eight degrees of freedom), each with a pass of the whole filter. Where
-    errors after 5 and 10 s are still larger than their deviation, white noise is raised by that.
+    errors after 5 and 10 s are still larger than their standard deviation, white noise is raised by
+    that.
 
     Examples
     --------

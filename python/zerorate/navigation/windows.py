@@ -110,7 +110,8 @@ class Windows:
     start, stop : ndarray, shape (m,)
         s.
     course_rate, course_sigma : ndarray, shape (m,)
-        How fast the course turns, rad/s to the right, and its deviation; NaN where it is not known.
+        Rate of the course, rad/s to the right, and its standard deviation; NaN where it is not
+        known.
     along, across : ndarray, shape (m,)
         Acceleration along the course and to the right of it, m/s^2.
     climb : ndarray, shape (m,)

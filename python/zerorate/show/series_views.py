@@ -161,7 +161,7 @@ def plot_trace(result: Trace) -> Figure:
 
 
 def format_trace(result: Trace) -> str:
-    """Return the last bias of each channel with its deviation, and counts of its samples."""
+    """Return the last bias of each channel with its sigma, and counts of its samples."""
     title = f"Drift filter: {len(result)} samples"
     if not len(result):
         return title

@@ -377,7 +377,7 @@ def subtract_bias(raw: Floats, bias: Floats) -> Floats:
 def extra_names(names: Sequence[str], unit: str, limited: bool) -> Iterator[tuple[str, ...]]:
     """Yield the names of the columns next to a compensated log, axis by axis.
 
-    They are bias, its deviation, rest, a stuck sensor and, if there is a limit, a saturated one.
+    They are bias, its standard deviation, rest, a stuck sensor and, with a limit, a saturated one.
     """
     flags = ("at_rest", "stuck", "saturated") if limited else ("at_rest", "stuck")
     for name in names:
