@@ -114,7 +114,7 @@ class ClockEquations:
         return self._in_units(np.asarray(np.linalg.solve(self._prior + self.normal, self._total)))
 
     def remaining(self) -> Floats | None:
-        """Return the step by the curvature, which noise of the slopes does not to_digits."""
+        """Return the step by the curvature, which noise of the slopes does not shorten."""
         if len(self.right) < _MIN_BLOCKS:
             return None
         return self._in_units(np.asarray(np.linalg.solve(self._information, self._total)))

@@ -210,7 +210,7 @@ def _make_end_table(track: Track, last: int) -> Table:
         (
             "heading, deg",
             format_heading(math.radians(euler[2]), 2),
-            to_digits(heading, 2),
+            shorten(heading),
         ),
     ]
     return Table("At the end", ("", "", "σ"), tuple(rows))

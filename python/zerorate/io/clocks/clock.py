@@ -255,7 +255,7 @@ def _estimate_period(stamps: Floats, steps: Floats) -> float:
     near = np.abs(steps - middle) <= 0.5 * middle
     if middle > 0 and near.mean() >= 0.9:
         return float(steps[near].mean())
-    # Lost samples never to_digits a step: many short ones are late stamps or bursts.
+    # Lost samples never shorten a step: many short ones are late stamps or bursts.
     if np.mean(steps < 0.5 * middle) > 0.05 or middle <= 0:
         return _fit_period(stamps, np.arange(len(stamps)))
     # Coarse stamps even out over many rows, where lost samples do not.
