@@ -283,8 +283,8 @@ def _split_instances(table: Table, label: str) -> dict[str, Table]:
     parts = {name: tables[name] for name in sorted(tables, key=_natural_key)}
     others = ", ".join([*parts][1:])
     note = make_sentence(
-        f"column '{names[column]}' parts {len(parts)} sensors, of which {next(iter(parts))} "
-        "is the first; ",
+        f"column '{names[column]}' distinguishes {len(parts)} sensors, the first of which is "
+        f"{next(iter(parts))}; ",
         keyword_argument("topic"),
         f" reads another: {others}",
     )
