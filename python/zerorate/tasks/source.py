@@ -23,7 +23,7 @@ Source: TypeAlias = Recording | Log | LogSource
 
 
 class UnscaledArguments(TypedDict, total=False):
-    """Arguments of `zerorate.read_recording` that every task takes for its sources."""
+    """Arguments of `zerorate.read_recording` that every task passes on to read its sources."""
 
     rate: float | None
     columns: Columns | Mapping[str, Columns]

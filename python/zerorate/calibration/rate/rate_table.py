@@ -224,7 +224,7 @@ def calibrate_rate_table(
     ValueError
         If the shapes disagree, numbers are not finite, a sigma or count is not positive, there are
         not more means than coefficients of a line, or all rates are equal; or if the terms bend the
-        line so far that it cannot be inverted.
+        line so much that it cannot be inverted.
 
     Notes
     -----
