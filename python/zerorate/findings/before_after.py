@@ -124,6 +124,10 @@ class BeforeAfter(Result):
         """Assumptions made to read either log, a sentence each."""
         return tuple(dict.fromkeys((*self.before.notes, *self.after.notes)))
 
+    def findings_from(self, level: str) -> tuple[Finding, ...]:
+        """Return the findings of the later log of a severity or a worse one, the worst first."""
+        return self.after.findings_from(level)
+
     @cached_property
     def changes(self) -> tuple[Change, ...]:
         """Findings in either log, new or worse ones first."""

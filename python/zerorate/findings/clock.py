@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.findings.finding import Finding, Spans, count_noun
+from zerorate.findings.finding import RANKS, Finding, Spans, count_noun
 from zerorate.findings.imus import Imu, Sensor
 from zerorate.findings.limits import LIMITS, Severity
 from zerorate.numerals import to_digits
@@ -86,10 +86,14 @@ def _make_finding(
     )  # fmt: skip
 
 
+_FEWER_TOPICS: Final = (
+    "Log to a faster medium or log fewer other topics; then compare the lost share."
+)
 _ADVICE: Final = {
     "no stamps": "Log the time of each sample, by the sensor's clock or the host's.",
-    "gaps": "Log to a faster medium or log less beside; then compare the lost share.",
-    "break": "Look whether logging was stopped on purpose; the parts are judged together here.",
+    "gaps": _FEWER_TOPICS,
+    "lost samples": _FEWER_TOPICS,
+    "break": "Check if logging was stopped on purpose; the parts are treated together here.",
 }
 
 
@@ -130,10 +134,9 @@ def _check_gaps(
         f"{count_noun(firsts.size, 'gap')}, the longest lost {longest:.4g} ms"
     )
     spans = sensor.spans(np.flatnonzero(lost), 0.0)
+    lost_severity = LIMITS["lost samples"].severity(share)
     if sensor.factor is None or not sensor.name.startswith("gyro"):
-        yield Finding(
-            SECTION, "gaps", "good", f"{text_start}.", share, "%", None, spans, sensor.figure
-        )
+        yield _make_finding(sensor, "lost samples", lost_severity, f"{text_start}.", share, spans)
         return
     cost = math.degrees(sensor.factor * _gap_angle_error(sensor, firsts, lengths))
     text = (
@@ -143,7 +146,10 @@ def _check_gaps(
     severity = LIMITS["gaps"].severity(cost)
     # So slow a log shows a part of the sensor's samples: what it lost says little of the sensor.
     severity = "look" if severity == "act" and sensor.log.rate < _SLOW_RATE_HZ else severity
-    yield _make_finding(sensor, "gaps", severity, text, cost, spans)
+    if RANKS[lost_severity] < RANKS[severity]:
+        yield _make_finding(sensor, "lost samples", lost_severity, text, share, spans)
+    else:
+        yield _make_finding(sensor, "gaps", severity, text, cost, spans)
 
 
 def _gap_angle_error(sensor: Sensor, firsts: Integers, lengths: Integers) -> float:
