@@ -11,11 +11,8 @@ import zerorate
 
 ROOT = Path(zerorate.__file__).parent
 FLOORS = (
-    (
-        *("_native", "faults", "lazy", "numerals", "progress", "schemas", "texts", "types"),
-        *("units", "views"),
-    ),
-    ("geometry", "options"),
+    ("_native", "faults", "lazy", "numerals", "progress", "texts", "types", "units", "views"),
+    ("geometry", "options", "schemas"),
     ("record",),
     ("datasets", "denoising", "io", "linear", "metrics", "noise"),
     ("calibration", "checks", "identification"),
