@@ -30,7 +30,7 @@ MATHEMATICS = {
     name
     for names in FLOORS[1 : FLOORS.index(("tasks",))]
     for name in names
-    if name not in ("datasets", "io")
+    if name not in ("datasets", "io", "schemas")
 }
 TOUCHES_FILES = {
     *("exists", "is_file", "is_dir", "stat", "iterdir", "glob", "rglob"),
