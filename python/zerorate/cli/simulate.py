@@ -8,6 +8,7 @@ from zerorate.cli.options import OUTPUT, Force
 from zerorate.cli.outputs import check_outputs, progress_bar
 from zerorate.cli.parameters import Argument, Option
 from zerorate.io import write_log
+from zerorate.noise import LowPass
 from zerorate.show.devices_table import format_devices
 from zerorate.simulation.devices import device as find_device
 from zerorate.tasks.saving import atomic_paths
@@ -33,6 +34,16 @@ def _parse_temperatures(flag: str, text: str) -> tuple[float, float]:
     return first, last
 
 
+def _parse_low_pass(flag: str, text: str) -> LowPass:
+    corner, _, order = text.partition(",")
+    try:
+        return LowPass(float(corner), float(order or 2))
+    except ValueError:
+        raise UsageFault(
+            f"{flag} takes a corner in Hz and, after a comma, an order, such as 20,1, got {text!r}"
+        ) from None
+
+
 def simulate(
     device: Annotated[
         str | None, Argument("Gyro to simulate, such as MPU-6050; --list shows all.")
@@ -53,6 +64,15 @@ def simulate(
     seed: Seed = 1,
     axes: Annotated[
         int | None, Option("Number of axes, with a different bias and drift each; 3 if not given.")
+    ] = None,
+    low_pass: Annotated[
+        LowPass | None,
+        Option(
+            "Filter the samples: corner in Hz and order, such as 20,1; inf is a moving average, 2 "
+            "if not given.",
+            metavar="CORNER[,ORDER]",
+            parse=_parse_low_pass,
+        ),
     ] = None,
     poses: Annotated[
         int | None,
@@ -82,7 +102,8 @@ def simulate(
         print(format_devices())
         return
     if poses is not None:
-        _check_unused("has no meaning with --poses", duration=duration, axes=axes)
+        unused = {"duration": duration, "axes": axes, "low_pass": low_pass}
+        _check_unused("has no meaning with --poses", **unused)
         if output is None:
             raise UsageFault("simulate --poses needs a file, such as -o session.csv")
         paths = _checked_paths(output, force, SESSION_FORMATS, ".json")
@@ -103,7 +124,7 @@ def simulate(
         paths = _checked_paths(output, force, GYRO_FORMATS, output.suffix)
         with progress_bar() as progress:
             progress("simulating", 0.0)
-            logs = simulated_gyro(gyro, rate, duration, seed, axes)
+            logs = simulated_gyro(gyro, rate, duration, seed, axes, low_pass)
             progress("writing", 0.5)
             with atomic_paths(paths, force) as temporary:
                 for log, path in zip(logs, temporary, strict=True):
@@ -114,7 +135,7 @@ def simulate(
 def _check_unused(why: str, **options: object) -> None:
     given = [name for name, value in options.items() if value is not None]
     if given:
-        raise UsageFault(f"--{given[0]} {why}")
+        raise UsageFault(f"--{given[0].replace('_', '-')} {why}")
 
 
 def _checked_paths(output: Path, force: bool, known: tuple[str, ...], of_truth: str) -> list[Path]:
