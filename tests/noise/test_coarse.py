@@ -42,8 +42,10 @@ def test_few_levels_give_a_bound(ratio, drift):
     for seed in range(6):
         found = find_coarse(samples(ratio, 0.45, drift, seed=seed), RATE)
         if found is not None:
-            held.append(found.deviation.upper_bound >= 0.98 * ratio * STEP)
+            held.append(found.deviation.upper_bound >= ratio * STEP)
             assert found.deviation.upper_bound < 4.0 * ratio * STEP
+            assert ratio == 0.2 or not found.deviation.identifiable
+    # Of six, one may miss a bound of 95 %.
     assert np.mean(held) > 0.8
 
 

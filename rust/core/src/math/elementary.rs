@@ -105,10 +105,12 @@ mod tests {
         #[test]
         fn logarithms_of_both_precisions(exponent in -300.0..300.0_f64, near in -0.5..0.5_f64) {
             let x = 10_f64.powf(exponent);
-            prop_assert!((x.logarithm() - x.ln()).abs() <= 4e-16 * x.ln().abs());
-            prop_assert!(((1.0 + near).logarithm() - (1.0 + near).ln()).abs() < 2e-16);
+            // A few roundings of the logarithm, or of the one next to the argument.
+            prop_assert!((x.logarithm() - x.ln()).abs() <= 5e-16 * x.ln().abs().max(1.0));
+            let x = 1.0 + near;
+            prop_assert!((x.logarithm() - x.ln()).abs() <= 5e-16);
             let x = 10_f32.powf(exponent as f32 / 9.0);
-            prop_assert!((x.logarithm() - x.ln()).abs() <= 3e-7 * x.ln().abs());
+            prop_assert!((x.logarithm() - x.ln()).abs() <= 3e-7 * x.ln().abs().max(1.0));
         }
 
         #[test]
