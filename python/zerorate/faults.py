@@ -137,7 +137,7 @@ class ArgumentError(ValueError):
 
 
 def sentence_of(error: BaseException) -> str:
-    """Return what an error says, as a `Sentence` if it names arguments.
+    """Return the sentence of an error, as a `Sentence` if it names arguments.
 
     One of the compiled module begins with the name of its ``argument``.
     """

@@ -105,7 +105,7 @@ def test_names_that_tell_no_axes_are_taken_in_order():
     log = zr.read_log(columns)
     assert log.names == ("g1", "g2", "g3")
     assert (
-        "the names g1, g2, g3 tell no axes, so they are x, y, z in this order"
+        "the names g1, g2, g3 show no axes, so they are x, y, z in this order"
         in (log.meta["notes"])
     )
 

@@ -207,7 +207,7 @@ def test_a_counter_of_32_bits_that_began_anew_goes_on(kind, name):
     column = (COUNTED % 2**32).astype(kind)
     log = read_log({name: column, "wx_dps": GYRO})
     assert (log.rate, log.n, log.meta["clock"].regular) == (200.0, 1000, True)
-    assert f"time column '{name}' began anew at 2^32 once" in log.meta["notes"][0]
+    assert f"time column '{name}' wrapped at 2^32 once" in log.meta["notes"][0]
     lost = np.r_[0:390, 420:1000]
     log = read_log({name: column[lost], "wx_dps": GYRO[lost]})
     assert (log.n, log.missing_count, log.meta["clock"].gap_count) == (1000, 30, 1)

@@ -110,7 +110,7 @@ def test_counters_of_few_bits_go_on(bits, signed):
     log = log_of(count, "t_ms")
     assert (log.rate, log.n, log.meta["clock"].regular) == (100.0, N, True)
     # Those that count no further than half of it at first wrap at zero.
-    assert signed or f"began anew at 2^{bits} once" in log.meta["notes"][0]
+    assert signed or f"wrapped at 2^{bits} once" in log.meta["notes"][0]
 
 
 @pytest.mark.parametrize("seconds", [5, 60, 600])

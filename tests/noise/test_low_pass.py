@@ -137,7 +137,7 @@ def test_exports_carry_the_notes(export):
     found = zr.characterise({"gyro_x_radps": steps}, rate=RATE)
     notes = [note for note in found.notes if "gyro_x_radps" in note]
     assert len(notes) == 2  # rounding, low-pass
-    texts, refused = export_texts(found, export, forced=True)
+    texts, refused = export_texts(found, export, doubtful=True)
     assert not refused
     text = texts[export]
     written = "\n".join(json.loads(text)["notes"]) if export == "json" else text

@@ -31,7 +31,7 @@ def detect_steady_rate(gyro: Log, accel: Log) -> SteadyRate | None:
     """Return a rate beyond 10 deg/s that nothing but the gyro shows; None without one.
 
     Either it is a bias, or the body turns about the vertical, which no accelerometer shows. It says
-    nothing on units: those are judged by motion.
+    nothing on units: those are checked by motion.
 
     Parameters
     ----------

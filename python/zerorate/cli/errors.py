@@ -25,13 +25,13 @@ class DataFault(Fault):
 
 
 class UsageFault(Fault):
-    """What was typed is at fault."""
+    """A fault of the command line."""
 
     code = 2
 
 
 def sentence(error: BaseException) -> str:
-    """Return what an error says, with the options of the command that runs for its arguments."""
+    """Return the sentence of an error, with the command's options for names of arguments."""
     return render_text(sentence_of(error))
 
 
@@ -91,7 +91,7 @@ def require(module: str, extra: str) -> None:
 
 
 def of_a_file(error: OSError) -> str:
-    """Return what the system says of a file, without a number that means nothing to its user."""
+    """Return the system's message on a file, without the number of the error."""
     if error.strerror is None:
         return sentence(error)
     return (

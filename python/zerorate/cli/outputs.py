@@ -1,4 +1,4 @@
-"""What a command prints and writes: progress, results, and files that are all whole or none."""
+"""Output of a command: progress, results, and files that are all whole or none."""
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -26,7 +26,7 @@ from zerorate.tasks.saving import (
     figure_writer,
     files_of,
 )
-from zerorate.tasks.source import unique_stems
+from zerorate.tasks.source import sensor_ending, unique_stems
 
 T = TypeVar("T")
 
@@ -40,14 +40,14 @@ def check_outputs(
 
 
 def check_panels(panels: FigurePanels, no_figure: bool) -> FigurePanels:
-    """Return which panels a figure has; a usage fault for all of them where none is drawn."""
+    """Return the panels of a figure; a usage fault for all of them where none is drawn."""
     if panels == "all" and no_figure:
         raise UsageFault("--figure all has no effect with --no-figure")
     return panels
 
 
 def figure_ending(place: Destination, format: str | None, no_figure: bool) -> list[str]:
-    """Return how the name of the figure ends, if there is one; a usage fault without matplotlib."""
+    """Return the ending of the figure's name, if any; a usage fault without matplotlib."""
     if no_figure:
         return []
     require("matplotlib", "plot")
@@ -150,11 +150,18 @@ def parts_of(
     parts: list[Part] = []
     for log, place in places:
         for record in records(log, reading.group_by):
-            parts.append(Part(log, record, files(place.of_part(record.ending)), not parts))
+            outputs = files(of_sensor(place.of_part(record.ending), reading))
+            parts.append(Part(log, record, outputs, not parts))
     paths = [path for part in parts for path in part.files.paths]
     for log, _ in places:
         check_outputs(paths, parts[0].files.force, log, *read)
     return parts
+
+
+def of_sensor(place: Destination, reading: Reading) -> Destination:
+    """Return the destination of a chosen sensor's files, whose names in a folder end with it."""
+    sensor = reading.arguments.get("sensor")
+    return place if place.named_suffix else place.of_part(sensor_ending(sensor))
 
 
 def places_of_logs(
@@ -266,7 +273,7 @@ def _quietly(modules: Sequence[str]) -> None:
 
 @dataclass(frozen=True)
 class LogAndFigure:
-    """Where a command puts a log and its figure, as it is typed: a group of options."""
+    """Destination of a log and its figure, as it is typed: a group of options."""
 
     output: Output = "."
     format: LogFormat = None
@@ -308,5 +315,5 @@ class LogAndPanels(LogAndFigure):
 
     @property
     def panels(self) -> FigurePanels:
-        """Which panels it has; a usage fault where none is drawn."""
+        """Panels of the figure; a usage fault where none is drawn."""
         return check_panels(self.figure, self.no_figure)

@@ -22,13 +22,13 @@ class Watched:
 
     show: bool = option(
         False,
-        "Draw rates, biases and attitude in the terminal (on stderr). Answers are printed "
-        "only where stdout is none.",
+        "Draw rates, biases and attitude (on stderr). Answers are printed only if stdout is no "
+        "terminal.",
     )
     serve: int | None = option(
         None,
-        "Show rolling plots and the attitude on a page for a browser of this machine; 0 "
-        "takes any free port.",
+        "Serve plots and attitude to a browser; 0: any port. Only browsers of this machine reach "
+        "the page.",
         metavar="PORT",
         min=0,
         max=65535,

@@ -15,7 +15,7 @@ RANKS: Final = {"act": 0, "look": 1, "good": 2}
 
 @dataclass(frozen=True)
 class Finding:
-    """What is seen of a log, as data.
+    """Finding on a log, as data.
 
     Parameters
     ----------

@@ -90,7 +90,7 @@ def diagnosis(model: "ArmaModel") -> Iterator[str]:
         yield "the search for the estimate did not come to its end"
     if model.condition > _MAX_CONDITION:
         yield (
-            f"the normal equations have condition {model.condition:.1g}: the record hardly tells "
+            f"the normal equations have condition {model.condition:.1g}: the record hardly parts "
             "the coefficients apart"
         )
     yield from _root_notes(model)

@@ -53,7 +53,7 @@ def _drop_missing(x: Floats, y: Floats) -> tuple[Floats, Floats]:
 
 
 def present_mask(*series: Floats) -> Booleans:
-    """Return where all series are there."""
+    """Return the mask of samples present in all series."""
     there = np.isfinite(series[0])
     for other in series[1:]:
         there &= np.isfinite(other)

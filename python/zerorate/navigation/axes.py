@@ -1,4 +1,4 @@
-"""Which way the axes of the sensors look, by the force when a vehicle speeds up, brakes, turns."""
+"""Axes of the sensors, by the force when a vehicle speeds up, brakes, turns."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _MIN_CORRELATION: Final = 0.6
 
 @dataclass(frozen=True, eq=False)
 class Axes:
-    """What forces say of the axes of a sensor.
+    """Axes of a sensor, by forces.
 
     Parameters
     ----------
@@ -36,11 +36,11 @@ class Axes:
     yaw_sigma : float
         Its deviation, rad.
     skew : float
-        Of the right from where it should be beside forward, rad; about pi in mirrored axes.
+        Angle between the right axis and its proper direction, rad; about pi in mirrored axes.
     skew_sigma : float
         Its deviation, rad.
     certain : bool
-        Whether the axes may be used without being asked.
+        True if the axes may be used without a request.
 
     Examples
     --------
@@ -91,7 +91,7 @@ class _ForceSamples:
 
 
 def find_axes(means: Means, windows: Windows, lag: float) -> Axes | None:
-    """Return what forces say of the axes, None if there is next to nothing to go by.
+    """Estimate the axes of a sensor by forces, None if there is next to no motion.
 
     Notes
     -----

@@ -60,11 +60,11 @@ _SPIKES_FACTOR: Final = 3.0
 """Share of spikes from which on a receiver of centimetres is believed less, by this factor."""
 _SLOW_SPEED_M_S: Final = 3.0
 _SLOW_FACTOR: Final = 1.5
-"""Speed below which positions alone tell less than they seem to, by this factor."""
+"""Speed below which positions alone are less informative than they seem, by this factor."""
 _MIN_HEADING_SIGMA_RAD: Final = math.radians(27.0)
 _SETTLING_S: Final = 20.0
 _MIN_MOVING_FIXES: Final = 10
-"""Fixes in motion, without which nothing is told."""
+"""Fewest fixes in motion for an estimate."""
 _MAX_MEAN_NIS: Final = 4.0
 _MAX_ANTENNA_M: Final = 4.0
 _STEP_TOLERANCES: Final = np.array([0.01, 0.01, 1e-4, 0.05, 0.05, 0.05])
@@ -87,7 +87,7 @@ def find_time_offset(
     time_offset: float = 0.0,
     **options: Any,  # noqa: ANN401
 ) -> TimeOffset:
-    """Find what is to be added to the times of the fixes, and where the antenna is.
+    """Find the offset to add to the times of the fixes, and the antenna's position.
 
     The offsets of positions and velocities, the rate of both, and the antenna's place, by which a
     filter's innovations are the smallest, with their standard deviations.
@@ -103,9 +103,10 @@ def find_time_offset(
     time_offset : float
         Where to search from, s; within 0.6 s. `check_navigation` finds one of any size to tenths.
     **options
-        As of `NavigationFilter`, without ``adapt`` and ``gate``: here a receiver is believed, for
-        what is taken for its noise is not seen as a clock. ``antenna_sigma`` is how far the
-        antenna's place is known before, m: by default 0.05 where ``antenna`` is given, else 1.
+        As of `NavigationFilter`, without ``adapt`` and ``gate``: here the receiver is trusted,
+        since errors that count as its noise would not show a clock. ``antenna_sigma`` is the prior
+        standard deviation of the antenna's position, m: by default 0.05 where ``antenna`` is given,
+        else 1.
 
     Raises
     ------
@@ -121,8 +122,8 @@ def find_time_offset(
     backward, whose noise has nothing in common. A position or a velocity beyond six deviations is
     left out if the next is not as large to the same side. Deviations are at least those of
     innovations that are as large as the filter says, with a fifth of the time of a sample. A rate
-    is told beyond three deviations only. Innovations of twice their size are not of a clock: then
-    nothing is told.
+    is reported only if it exceeds three standard deviations. If innovations are twice their
+    expected size, the clock does not explain them and no offset is reported.
 
     Examples
     --------
@@ -168,7 +169,7 @@ def _thin_fixes(fixes: Fixes) -> Fixes:
 
 @dataclass(frozen=True, eq=False)
 class _Prior:
-    """What is known before: numbers, their standard deviations, and which of them are searched.
+    """Prior: numbers, their standard deviations, and the mask of those that are searched.
 
     Offsets of positions and velocities, s, their rate, the antenna's place, m.
     """
@@ -186,14 +187,14 @@ class _Prior:
         return cls(theta, sigma, np.flatnonzero(free))
 
     def away(self, theta: Floats) -> Floats:
-        """Return how far the numbers that are searched are from this, in deviations."""
+        """Return the distance of the searched numbers from the prior, in standard deviations."""
         away: Floats = (theta - self.theta) / np.where(self.sigma > 0.0, self.sigma, 1.0)
         return away[self.free]
 
 
 @dataclass(frozen=True, eq=False)
 class _Receiver:
-    """Fixes of a receiver, and what is to be known of them."""
+    """Fixes of a receiver, and their properties."""
 
     gnss: Fixes
     has_velocities: bool
@@ -362,7 +363,7 @@ class _Search:
         return ClockEquations.of(weights, slopes, prior.free, prior.sigma, prior.away(theta))
 
     def slopes(self, theta: Floats, now: _Innovations) -> Slopes:
-        """Return how the innovations change with each number, forward and backward."""
+        """Return the derivatives of the innovations by each number, forward and backward."""
         h, unit, has_both = _DIFFERENCE_STEPS, np.eye(SIZE), self.receiver.has_velocities
         moves = [(k, sign * unit[k]) for k in self.prior.free.tolist() for sign in (1.0, -1.0)]
         lag = self.position_lag(theta) if has_both else math.inf
@@ -460,7 +461,7 @@ def _shorten(step: Floats) -> Floats:
 
 
 def _find_outliers(run: _Innovations, limit: float) -> Booleans:
-    """Return which positions and velocities are far beyond the others, shape (m, 2).
+    """Return the mask of outliers among positions and velocities, shape (m, 2).
 
     A wrong fix stands alone: what comes after one that a filter's own error makes large is large
     to the same side. One in ten at most: more are a filter that fits them badly.

@@ -25,7 +25,7 @@ _MIN_BLOCKS: Final = 3
 
 @dataclass(frozen=True, eq=False)
 class Slopes:
-    """How m innovations change with k numbers, forward and backward, shape (m, 6, k).
+    """Derivatives of m innovations by k numbers, forward and backward, shape (m, 6, k).
 
     A fix that moves carries the sensors' noise from one side to the other: the two have no noise in
     common, so that their product is not too large.
@@ -108,13 +108,13 @@ class ClockEquations:
         )  # fmt: skip
 
     def solve(self) -> Floats | None:
-        """Return the step that all blocks ask for, shape (6,); None where nothing is known."""
+        """Return the step by all blocks, shape (6,); None where nothing is known."""
         if len(self.right) < _MIN_BLOCKS:
             return None
         return self._in_units(np.asarray(np.linalg.solve(self._prior + self.normal, self._total)))
 
     def remaining(self) -> Floats | None:
-        """Return the step by the curvature, which noise of the slopes does not shorten."""
+        """Return the step by the curvature, which noise of the slopes does not to_digits."""
         if len(self.right) < _MIN_BLOCKS:
             return None
         return self._in_units(np.asarray(np.linalg.solve(self._information, self._total)))

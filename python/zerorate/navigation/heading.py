@@ -67,11 +67,11 @@ class Heading:
 def find_heading(
     samples: Samples, fixes: Fixes, start: Alignment, options: Mapping[str, Any]
 ) -> Heading | None:
-    """Return the heading of a body from its start on, None if 60 s do not tell it.
+    """Return the heading of a body from its start on, None if 60 s do not determine it.
 
     Filters that differ in their heading alone run over the same fixes; that under which these are
-    the most likely has the right one. Beside eight round the compass runs one along the course, as
-    a body does that moves forward.
+    the most likely has the right one. In addition to eight round the compass one runs along the
+    course, as a body does that moves forward.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def _fill_sigma(sigma: Floats | None, default: float, fixes: Fixes) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class _MemberRun:
-    """What a member has shown up to each fix: log-likelihood, heading and its deviation."""
+    """Log-likelihood, heading and its standard deviation of a member, up to each fix."""
 
     likelihood: Floats
     heading: Floats

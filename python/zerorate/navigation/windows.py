@@ -53,7 +53,7 @@ class Epochs:
     sigma : ndarray, shape (m,)
         Of the horizontal ones, m/s.
     is_reported : bool
-        Whether the receiver tells them; else they are differences of positions.
+        True if the receiver reports them; else they are differences of positions.
     """
 
     time: Floats
@@ -63,7 +63,7 @@ class Epochs:
 
     @classmethod
     def of(cls, fixes: Fixes) -> Epochs:
-        """Return the velocities told, or differences of positions where there are too few."""
+        """Return the reported velocities, or differences of positions where they are too few."""
         if fixes.velocity is not None:
             there = np.isfinite(fixes.velocity[:, :2]).all(axis=1)
             if there.sum() > max(2.0, 0.2 * len(fixes)):
@@ -103,7 +103,7 @@ class Epochs:
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """How a receiver moves over m windows that overlap by half.
+    """Motion of a receiver over m windows that overlap by half.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ class Windows:
 
     @property
     def course_known(self) -> Booleans:
-        """Where the course is known."""
+        """Mask of windows with a known course."""
         mask: Booleans = np.isfinite(self.course_rate)
         return mask
 

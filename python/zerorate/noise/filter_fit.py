@@ -173,7 +173,7 @@ class Search:
         return self._judged(shape, p, c, counts)
 
     def slopes(self, shape: Shape, p: Floats, c: Floats) -> Floats:
-        """Return how the model changes with each number of the shape, shape (b, n)."""
+        """Return the derivatives of the model by each number of the shape, shape (b, n)."""
         steps = np.eye(p.size) * SMALL_STEP
         if not p.size:
             return np.empty((self.density.size, 0))

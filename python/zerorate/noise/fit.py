@@ -1,4 +1,4 @@
-"""Noise coefficients from a deviation curve or a spectrum, with what is known of each."""
+"""Noise coefficients from a deviation curve or a spectrum, with their standard errors."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -27,14 +27,14 @@ _MAX_STEPS: Final = 100
 
 @dataclass(frozen=True)
 class FittedModel(NoiseModel):
-    """A noise model with how well it fits; as a `NoiseModel` in everything else.
+    """A noise model with the quality of its fit; otherwise as a `NoiseModel`.
 
     Attributes
     ----------
     method : str
-        What was fitted: a deviation's name, ``"whittle"`` or ``"polynomial"``.
+        Data of the fit: a deviation's name, ``"whittle"`` or ``"polynomial"``.
     chi_squared, degrees_of_freedom : float, int
-        Weighted sum of squares left over, before `misfit` was allowed for, and what it should be.
+        Weighted sum of squared residuals, before `misfit` was allowed for, and its expectation.
     misfit : float
         Relative error of the model's variances that had to be allowed for, 0 where chance alone
         explains the data. Standard errors include it.

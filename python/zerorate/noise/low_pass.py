@@ -27,7 +27,7 @@ class LowPass:
     corner : Coefficient
         Frequency at which the density is half, Hz.
     order : float
-        Of the filter; infinite for a moving average.
+        Order of the filter; infinite for a moving average.
 
     Examples
     --------
@@ -91,7 +91,7 @@ NO_CORNER: Final = Estimate(math.nan, math.nan)
 
 @dataclass(frozen=True)
 class Filtered:
-    """What the spectrum says of noise behind a filter, the sample as unit of time.
+    """Noise behind a filter, estimated from the spectrum, the sample as unit of time.
 
     Attributes
     ----------
@@ -126,12 +126,12 @@ class Filtered:
 
     @property
     def named(self) -> bool:
-        """Whether a filter is sure enough to be named."""
+        """True if a filter is certain enough to be named."""
         return math.isfinite(self.corner.value)
 
 
 def band_of(filtered: Filtered, rate: float) -> str:
-    """Return what is known of the band of the noise, in words; empty for the whole of it."""
+    """Return the band of the noise, in words; empty for the whole of it."""
     return describe_band(**band_fields(filtered, rate))
 
 
@@ -145,7 +145,7 @@ def describe_band(low_pass: LowPass | None = None, up_to: float | None = None) -
 
 
 def band_fields(filtered: Filtered, rate: float) -> dict[str, Any]:
-    """Return what a model says of the filter: `low_pass` and `up_to`, Hz."""
+    """Return the fields of a model on the filter: `low_pass` and `up_to`, Hz."""
     fields: dict[str, Any] = {}
     if filtered.named:
         corner = Coefficient(filtered.corner.value * rate, filtered.corner.sigma * rate)

@@ -32,7 +32,7 @@ class Process:
     summed : callable
         s(k) of the running sum of the phase, whose negative second difference is `phase`.
     is_point : bool
-        Whether s(k) of the phase is zero everywhere but at zero.
+        True if s(k) of the phase is zero everywhere but at zero.
     """
 
     phase: Callable[[Floats], Floats]

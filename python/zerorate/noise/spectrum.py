@@ -145,7 +145,7 @@ def _sum_tapers(spectrum: npt.NDArray[np.complex128], first: int, count: int) ->
 
 
 def _band_edges(lines: int) -> npt.NDArray[np.intp]:
-    """Return where bands begin and the last ends: none narrower than what the tapers smear."""
+    """Return the edges of bands: none narrower than the width over which the tapers smear."""
     steps = int(_BANDS_PER_OCTAVE * math.log2(lines / _TAPER_COUNT + 1.0))
     grid = _TAPER_COUNT * (2.0 ** (np.arange(steps + 1) / _BANDS_PER_OCTAVE) - 1.0)
     edges = [0]

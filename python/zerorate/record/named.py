@@ -1,4 +1,4 @@
-"""What samples say of themselves: rate, unit and names of a log, names of a frame's columns."""
+"""Rate, unit and names of samples: those of a log, or of a frame's columns."""
 
 from __future__ import annotations
 
@@ -151,7 +151,7 @@ def _check_clocks(kind: str, rate: float, logs: Mapping[str, Log]) -> None:
 
 
 def _max_clock_difference(log: Log, other: Log) -> float:
-    """Return how many samples two logs of one length are apart at most."""
+    """Return the largest distance between the times of two logs of one length, in samples."""
     return float(np.abs(log.sampled - other.sampled).max()) * other.rate
 
 

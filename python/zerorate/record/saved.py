@@ -63,7 +63,7 @@ def fields_of(instance: Any) -> dict[str, Any]:  # noqa: ANN401
 
 
 def restore(source: str | os.PathLike[str], what: str, build: Callable[[object], Built]) -> Built:
-    """Return what is built of the content of a JSON text, which begins with a brace, or of a file.
+    """Return the object built from a JSON text, which begins with a brace, or from a file.
 
     A fault of the text or of what it holds is a ValueError in one sentence, which names the file
     and `what` was expected.
@@ -96,12 +96,12 @@ def check_format(content: object, name: str, version: int, remedy: str = "") -> 
 
 
 def parse_key(content: object, key: str, kind: type) -> Any:  # noqa: ANN401
-    """Return what stands under a key, of a type; ValueError if it is another, or not there."""
+    """Return the value of a key, of a type; ValueError if it is another, or not there."""
     return check_type(key, content.get(key) if isinstance(content, dict) else None, kind)
 
 
 def check_type(key: str, value: object, kind: type) -> Any:  # noqa: ANN401
-    """Return what was found under a key, if it is of a type."""
+    """Return the value of a key, if it is of a type."""
     # JSON may write a whole number without a point, and true is a number to Python alone.
     of_kind = isinstance(value, (int, float) if kind is float else kind)
     if not of_kind or (isinstance(value, bool) and kind is not bool):

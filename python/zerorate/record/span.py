@@ -51,11 +51,11 @@ class Span:
 
     @property
     def whole(self) -> bool:
-        """Whether it is all of a log."""
+        """True if it is all of a log."""
         return self.start is None and self.stop is None
 
     def row_range(self, samples: int, rate: float, first_time: float = 0.0) -> range:
-        """Return which of the samples of a log lie in it.
+        """Return the range of a log's samples within the span.
 
         Parameters
         ----------

@@ -104,7 +104,7 @@ def _make_body(comparison: BeforeAfter) -> Iterator[str]:
     if unchanged:
         yield (
             '<section id="alike">\n<h2>What is '
-            f"alike</h2>\n<details><summary>{len(unchanged)} findings"
+            f"the same</h2>\n<details><summary>{len(unchanged)} findings"
             f"</summary>{_make_table(comparison, unchanged)}</details>\n</section>"
         )
     sides = (("before", comparison.before), ("after", comparison.after))

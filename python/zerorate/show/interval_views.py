@@ -44,7 +44,7 @@ _MAX_PARAMETERS: Final = 24
 
 
 class _Row(NamedTuple):
-    """A number with its standard error (0 without one), and whether it stands out."""
+    """A number with its standard error (0 without one), and a flag to highlight it."""
 
     name: str
     value: float

@@ -1,4 +1,4 @@
-"""A stream as it runs, in a terminal: rates, biases and angles, drawn anew ten times a second."""
+"""A stream as it runs, in a terminal: rates, biases and angles, redrawn ten times a second."""
 
 import math
 from collections import deque

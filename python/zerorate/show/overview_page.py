@@ -13,7 +13,7 @@ from urllib.parse import quote
 from zerorate._native import __version__
 from zerorate.faults import render_text
 from zerorate.findings.limits import LIMITS
-from zerorate.numerals import format_significant, format_with_error
+from zerorate.numerals import format_significant, format_with_error, to_digits
 from zerorate.show.report_document import document
 from zerorate.tasks.batch.task import COMMANDS
 
@@ -228,7 +228,7 @@ def _draw_trend(kind: str, unit: str, lines: dict[str, list[_Point]], count: int
         f"{keys}<br>{escape(description)}</figcaption>"
         f'<svg role="img" aria-label="{escape(f"{kind} over {count} logs: {description}")}" '
         f'viewBox="0 0 {_WIDE:g} {_TALL:g}" preserveAspectRatio="none">{"".join(paths)}</svg>'
-        f'<div class="scale"><span>{low:.3g} to {high:.3g}</span></div></figure>'
+        f'<div class="scale"><span>{to_digits(low)} to {to_digits(high)}</span></div></figure>'
     )
 
 

@@ -27,7 +27,7 @@ _BAND_QUANTILES: Final = (0.05, 0.95)
 
 
 def split_into_parts(n: int, count: int) -> npt.NDArray[np.intp]:
-    """Return where so many equal parts of n samples begin, fewer where there are fewer samples."""
+    """Return the first sample of so many equal parts of n samples, of fewer if n is smaller."""
     return np.unique(np.linspace(0, n, min(count, n), endpoint=False).astype(np.intp))
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from zerorate.numerals import format_significant
+from zerorate.numerals import format_significant, to_digits
 from zerorate.show.style import (
     AXIS_COLOURS,
     BLACK,
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _WIDTH, _PANEL, _LEFT, _BELOW, _ABOVE, _BETWEEN = 130.0, 28.0, 18.0, 10.0, 3.0, 5.0
 _COLOURS: Final = (*AXIS_COLOURS, BLACK)
 _MAX_POINTS: Final = 4000
-"""Points of a curve: more cannot be told apart."""
+"""Largest number of points of a curve: more cannot be distinguished."""
 _BAND_QUANTILES: Final = ((-1.0, 0.05), (1.0, 0.95))
 """Sides of the band of two standard deviations, and the quantiles of them that a panel reaches."""
 _MAX_NAMES: Final = 6
@@ -192,7 +192,12 @@ def plot_fused(result: FusedAccelerometers) -> Figure:
 def format_fused(result: FusedAccelerometers) -> str:
     """Return the share of each sensor, how often it was left out, and what is left of it."""
     rows = tuple(
-        (f"sensor {k}", f"{weight:.3f}", f"{100.0 * out:.2g}", format_significant(float(left)))
+        (
+            f"sensor {k}",
+            f"{weight:.3f}",
+            to_digits(100.0 * out, 2),
+            format_significant(float(left)),
+        )
         for k, (weight, out, left) in enumerate(
             zip(
                 result.weights.mean(axis=0),

@@ -78,7 +78,7 @@ class Hand:
         return product(main, step), rates + _rate_of_vector(wobble, drift)
 
     def interpolate(self, t: Floats, of_poses: Floats) -> Floats:
-        """Return what each pose has, shape (m, k), and in a turn a smooth change to the next."""
+        """Return the poses' values, shape (m, k), with a smooth change to the next in a turn."""
         index, part = self.progress(t)
         along = _least_jerk(part)[0][:, None]
         following = np.minimum(index + 1, len(of_poses) - 1)

@@ -1,4 +1,4 @@
-"""What is known of a recording's sensors: calibrations, or files of them, that are taken off."""
+"""Corrections of a recording's sensors: calibrations, or files of them."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ def limit_threads(count: int) -> Iterator[None]:
 
 
 def thread_count() -> int:
-    """Return how many threads `thread_pool` has."""
+    """Return the number of threads of `thread_pool`."""
     return _thread_limit.get() or min(os.cpu_count() or 1, _MAX_THREADS)
 
 

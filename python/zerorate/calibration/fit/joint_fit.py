@@ -56,7 +56,7 @@ MAX_SIGMA_RATIO: Final = 0.3
 
 
 class Spread(NamedTuple):
-    """How far a sensor may be from its prior, standard deviations.
+    """Standard deviations of a sensor from its prior.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ WIDE_SPREAD: Final = Spread(0.5, 0.5, 0.5)
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """What is known before the record: A, M and how far they may be from that.
+    """Knowledge before the record: A, M and their standard deviations.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ class Prior:
 
 @dataclass(frozen=True, eq=False)
 class Observations:
-    """What is fitted.
+    """Data of the fit.
 
     Parameters
     ----------
@@ -245,7 +245,7 @@ def _tangents(u: Floats) -> Floats:
 
 @dataclass(eq=False)
 class _State:
-    """Where the iteration stands."""
+    """State of the iteration."""
 
     values: Floats
     directions: Floats

@@ -1,4 +1,4 @@
-"""Where the fit starts: at the data sheet, or at what gravity and turns tell of unknown units."""
+"""Start of the fit: from the data sheet, or from gravity and rotations if units are unknown."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def _fit_sphere(means: Floats) -> tuple[Floats, float]:
     is_degenerate = spread < _MIN_SPREAD * float(np.linalg.norm(means, axis=1).max())
     if is_degenerate or rank < 4 or values[-1] < _MIN_SPREAD * values[0] or square <= 0:
         raise LogError(
-            "the unit of the accel is not known, and the poses are too alike to find it; give the "
+            "the unit of the accel is not known, and the poses are too close to find it; give the "
             "unit, or hold each axis up and down"
         )
     return level + spread * solution[:3], spread * float(np.sqrt(square))

@@ -1,4 +1,4 @@
-"""What of a fit is applied: only what more than halves the scatter of samples it had not seen."""
+"""Choice of the parameters to apply: those that more than halve the scatter of unseen samples."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ class IronChoice:
     spans : list of Span
         All of the record.
     iron : ndarray, shape (g, 3)
-        Of each group as found; what is not known of it is zero.
+        Hard iron of each group as found; unknown components are zero.
     applied : ndarray of bool, shape (g,)
-        Whether it is taken off.
+        True if it is subtracted.
     elements, soft
         Of D - 1 as applied, zero where none are, and which were fitted.
     rotation, rotation_sigma : ndarray, shape (3,)
@@ -82,7 +82,7 @@ class IronChoice:
 
 
 def choose_iron(ticks: Ticks, spans: list[Span], single_iron: bool = False) -> IronChoice | None:
-    """Return what is applied of the fit; None where no hard iron has two known directions."""
+    """Return the iron to apply; None where no hard iron has two known directions."""
     spans, groups = group_spans(ticks, spans)
     informative = None
     if groups and not single_iron:

@@ -46,7 +46,7 @@ FULL: Final = tuple(range(8))
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """What a fit found.
+    """Result of a fit.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def covariance(ticks: Ticks, group: Integers, iron_fit: Fit, soft: tuple[int, ..
 
 
 def count_known_directions(block: Floats) -> int:
-    """Return how many directions of a hard iron with this covariance are known."""
+    """Return the number of known directions of a hard iron with this covariance."""
     return int((np.linalg.eigvalsh(block) < KNOWN_SIGMA**2).sum())
 
 

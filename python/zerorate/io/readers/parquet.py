@@ -123,7 +123,7 @@ class RowGroupWriter:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *fault: object) -> None:
-        """Write what waits, unless something went wrong, and close the file."""
+        """Write the pending rows, unless something went wrong, and close the file."""
         try:
             if kind is None and self._pending:
                 self._write_group()
@@ -148,7 +148,7 @@ class RowGroupWriter:
         # A group is a page of each column, the same whatever the pieces: they need not be joined.
         arrays = [self._arrow.chunked_array(map(to_arrow, parts)) for parts in pending]
         self._pending, self._rows = [], 0
-        # Where nothing can be missing (NaN is a number) no row is asked whether it is.
+        # If nothing can be missing (NaN is a number) no row is tested for it.
         fields = [
             self._arrow.field(name, array.type, nullable=False)
             for name, array in zip(self._names, arrays, strict=True)

@@ -69,7 +69,7 @@ def run_with_retry(
 
 
 class Processes:
-    """As many worker processes as asked for, by default one a core, each known by its task.
+    """Worker processes, by default one a core, each identified by its task.
 
     A process pool of the standard library breaks as a whole when one worker is killed, and cannot
     tell by which task. Here each worker has a pipe of its own: its end names the task.

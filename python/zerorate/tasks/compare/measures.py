@@ -42,7 +42,8 @@ class Row:
     values : mapping of str to float
         Measures by name, in SI otherwise; NaN where one means nothing.
     causal : bool
-        Whether the method used no later samples: known of the package's own, tried for the user's.
+        True if the method used no later samples: known for the package's own, tested for the
+        user's.
 
     Examples
     --------

@@ -112,7 +112,7 @@ class OwnMethod:
         return bias.astype(np.float64)
 
     def is_causal(self, z: Floats, bias: Floats, rate: float) -> bool:
-        """Return whether what it returned for the first half does not depend on the second.
+        """Return True if its output for the first half does not depend on the second.
 
         A class sees one sample after the other, so it cannot look ahead.
         """

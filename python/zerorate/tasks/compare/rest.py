@@ -11,6 +11,7 @@ from zerorate._native import exponential_mean
 from zerorate.metrics import BestEma
 from zerorate.noise.motion_check import moving_spans
 from zerorate.noise.records import is_constant
+from zerorate.numerals import to_digits
 from zerorate.record import LogError
 from zerorate.tasks.compare.measures import Row, mean_nis, measure_or_nan
 from zerorate.tasks.compare.methods import (
@@ -35,7 +36,7 @@ def scoring_start(duration: float) -> float:
 
 
 def scored_axes(recording: Trial) -> list["ScoredAxis"]:
-    """Return the axes of a recording, ready to judge methods."""
+    """Return the axes of a recording, ready to score methods."""
     columns = zip(recording.log.names, recording.log.data.T, strict=True)
     return [ScoredAxis(np.ascontiguousarray(z), recording, name) for name, z in columns]
 
@@ -48,9 +49,9 @@ def rest_rows(
     Parameters
     ----------
     recording, axes : Trial, sequence of ScoredAxis
-        What methods are judged by.
+        Horizons or reference of the scores.
     methods : sequence of str or OwnMethod
-        What is judged.
+        Axis or axes to score.
     samples : ndarray, shape (n, k)
         What they are fed with: the record's data, or a contaminated copy.
     """
@@ -88,11 +89,11 @@ class ScoredAxis:
         if not self._bests:
             raise LogError(
                 f"{recording.source}: {axis} holds no {HORIZONS[0]:g} s without missing samples to "
-                f"coast through after the first {self._start:.3g} s"
+                f"coast through after the first {to_digits(self._start)} s"
             )
 
     def run(self, method: MethodSpec, samples: Floats) -> AxisResult:
-        """Return what a method makes of other samples, or of the same."""
+        """Run a method on other samples, or on the same."""
         return run_on_axis(method, samples, self._rate, self._gain, self._unit)
 
     def measure(self, method: MethodSpec, result: AxisResult, samples: Floats) -> dict[str, float]:

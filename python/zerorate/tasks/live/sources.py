@@ -1,4 +1,4 @@
-"""Where the bytes of a live device come from: a serial line, sockets, pushes, Bluetooth."""
+"""Sources of a live device's bytes: a serial line, sockets, pushes, Bluetooth."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _TIMEOUT_S: Final = 30.0
 """How long a connection or a device is waited for."""
 _DEFAULT_BAUD: Final = 115200
 _MAX_QUEUED: Final = 1 << 12
-"""Messages that wait at most; a source that is faster than the filter is held up, or told off."""
+"""Largest number of waiting messages; a source faster than the filter is held up or refused."""
 
 _Read: TypeAlias = Callable[[], bytes]
 """Returns the next bytes, none at the end."""
@@ -43,7 +43,7 @@ class SourceKind:
 
 
 class _ByteReader(io.RawIOBase):
-    """Pieces of any size as a file, so that lines and bytes are read of it alike."""
+    """Pieces of any size as a file, from which lines and bytes are read in the same way."""
 
     def __init__(self, read: _Read) -> None:
         self._read, self._rest = read, b""

@@ -41,9 +41,9 @@ class StampClock(NamedTuple):
         return cls(column, StampCells(rate, unit, name), CausalClock(rate, times))
 
     def sentences(self) -> Iterator[str]:
-        """Yield what was mended, and how often."""
+        """Yield the corrections, with their counts."""
         if self.cells.wrap_count:
-            yield f"clock: began anew {self.cells.wrap_count} times as counters do; it goes on"
+            yield f"clock: wrapped {self.cells.wrap_count} times as counters do; it goes on"
         yield from self.clock.sentences()
 
     def with_new_clock(self) -> Self:
@@ -56,7 +56,7 @@ class StampClock(NamedTuple):
 
     @classmethod
     def of_state(cls, rate: float, state: Sequence[Any]) -> Self:
-        """Return what `state` gave; ValueError, TypeError or KeyError if it is of another kind."""
+        """Return the clock of a saved `state`; ValueError, TypeError or KeyError for others."""
         column, cells, clock = state
         return cls(
             check_count(column), StampCells.of_state(rate, cells), CausalClock.of_state(rate, clock)
@@ -110,7 +110,7 @@ class TimedEngine(Engine):
 
     @abstractmethod
     def texts(self) -> list[str]:
-        """Return what there is to say after the last sample."""
+        """Return the texts after the last sample."""
 
     @abstractmethod
     def snapshot(self) -> list[int | bytes]:
@@ -135,7 +135,7 @@ class TimedEngine(Engine):
             self._lost += count
 
     def answer(self, sample: tuple[Any, float | None]) -> list[str]:
-        """Return what there is to say after a sample."""
+        """Return the answer to a sample."""
         row, stamp = sample
         if self._held_rows is None:
             self._take(row, stamp)
@@ -150,7 +150,7 @@ class TimedEngine(Engine):
         return row  # type: ignore[no-any-return]
 
     def _examine_row(self, held: HeldRows, row: Any, stamp: float | None) -> None:  # noqa: ANN401
-        """Take a row that may hold a sample of a slower sensor; if it does, take all anew."""
+        """Take a row that may hold a sample of a slower sensor; if it does, take all again."""
         if not self._origin:
             check = None if self._check is None else self._check.state()
             self._origin = [self.snapshot(), check]
@@ -225,7 +225,7 @@ class TimedEngine(Engine):
         return motion or steps is not None
 
     def sentences(self) -> Iterator[str]:
-        """Yield what there is to say at the end."""
+        """Yield the notes at the end."""
         if self.stamp_clock is not None:
             yield from self.stamp_clock.sentences()
         if self._held_rows is not None:
@@ -255,7 +255,7 @@ class TimedEngine(Engine):
         }
 
     def _origin_state(self) -> list[Any]:
-        """Return what was known before the first row, as JSON keeps it."""
+        """Return the state before the first row, as JSON keeps it."""
         if not self._origin:
             return []
         filter_, check = self._origin

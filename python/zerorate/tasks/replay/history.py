@@ -87,7 +87,7 @@ class Recorder:
         self._rows.append(row)
 
     def history(self) -> History:
-        """Return what was noted."""
+        """Return the recorded history."""
         columns = (np.stack(column) for column in zip(*self._rows, strict=True))
         return History(np.array(self._samples, dtype=np.int64), *columns)
 

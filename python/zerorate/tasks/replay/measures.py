@@ -54,7 +54,7 @@ class SampleCounts:
     missing_count, present_count : ndarray of int64
         Samples that are NaN or saturated, and the others.
     equal : ndarray of bool
-        Whether all that are present are equal.
+        True if all present samples are equal.
     at_rest_count, stuck_count : ndarray of int64 or None
         Samples at which the chosen filter took the sensor to rest, and to be stuck, where that was
         noted.
@@ -69,7 +69,7 @@ class SampleCounts:
 
 @dataclass(frozen=True, eq=False)
 class ReplayMeasures:
-    """What all samples gave.
+    """Measures over all samples.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ pub fn check_field(mag: bool, given: Option<&Bound<'_, PyDict>>) -> PyResult<()>
     }
 }
 
-/// What a calibration takes off the magnetometer, if it takes off anything.
+/// The correction of the magnetometer by a calibration, if it has one.
 pub fn correction(
     given: Option<&Bound<'_, PyAny>>,
     method: &str,

@@ -222,8 +222,8 @@ impl dyn DriftBank {
     }
 }
 
-/// What a replay notes of each axis at every sample: the drift's deviation, whether the filter
-/// learned, and whether the sensor was stuck.
+/// Records of a replay for each axis at every sample: the drift's standard deviation, flag of
+/// learning, and flag of a stuck sensor.
 #[derive(Debug)]
 pub struct Noted<'a> {
     pub sigma: Vec<&'a mut [f64]>,
@@ -337,12 +337,12 @@ fn new_sized<const N: usize, const M: usize>(
     channels: usize,
 ) -> PyResult<Box<dyn DriftBank>> {
     if let Some(robust) = options.robust {
-        return alike(RobustFilter::<f64, N, M>::new(options.params, robust), options, channels);
+        return copies(RobustFilter::<f64, N, M>::new(options.params, robust), options, channels);
     }
-    alike(DriftFilter::<f64, N, M>::new(options.params), options, channels)
+    copies(DriftFilter::<f64, N, M>::new(options.params), options, channels)
 }
 
-fn alike<F, const N: usize, const M: usize>(
+fn copies<F, const N: usize, const M: usize>(
     filter: Result<F, Error>,
     options: &Options,
     channels: usize,

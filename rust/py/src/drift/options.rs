@@ -124,7 +124,7 @@ where
     })
 }
 
-/// Every argument that makes such a filter anew.
+/// Every argument that makes such a filter again.
 pub fn write<'py>(
     py: Python<'py>,
     options: &Options,
@@ -140,7 +140,7 @@ pub fn write<'py>(
     Ok(arguments)
 }
 
-/// The call that makes such a filter anew: the rate, and what differs from the method's default.
+/// The call that makes such a filter again: the rate, and what differs from the method's default.
 pub fn call(
     py: Python<'_>,
     options: &Options,

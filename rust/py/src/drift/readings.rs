@@ -31,8 +31,9 @@ readings! { DriftFilter;
     /// Variance that the filter expected of the innovation, samples' unit squared: float, with
     /// channels (k,).
     innovation_variance;
-    /// What the compensated rate is free of, in the samples' unit: float, with channels (k,). Learned
-    /// at rest and held in motion; in the first second the mean so far, 0 before the first sample.
+    /// Bias that the compensated rate is free of, in the samples' unit: float, with channels (k,).
+    /// Learned at rest and held in motion; in the first second the mean to date, 0 before the first
+    /// sample.
     bias;
     /// Standard deviation in the samples' unit: float, with channels (k,). Of ``"auto"`` that of the
     /// mean bias over the next 10 s about ``bias`` (``bias_sigma_over`` gives other spans), renewed

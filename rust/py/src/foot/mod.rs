@@ -69,7 +69,7 @@ fn limits(sides: &[Clipped]) -> Vec<Limit> {
     sides.iter().map(|one| (one.axis, one.sign, one.limit, one.samples)).collect()
 }
 
-/// Where a sensor on a foot was.
+/// Return the track of a sensor on a foot.
 ///
 /// Parameters
 /// ----------
