@@ -157,8 +157,9 @@ def simulate(
         return
     _check_unused("needs the motion hand", magnet=magnet, iron=iron)
     if poses is not None:
-        unused = {"duration": duration, "axes": axes, "low_pass": low_pass}
-        _check_unused("has no meaning with --poses", **unused)
+        _check_unused(
+            "has no meaning with --poses", duration=duration, axes=axes, low_pass=low_pass
+        )
         if output is None:
             raise UsageFault("simulate --poses needs a file, such as -o session.csv")
         paths = _checked_paths(output, force, SESSION_FORMATS, "-truth.json")
