@@ -77,7 +77,7 @@ def test_correlated_noise_below_the_step_tells_nothing():
     assert find_coarse(z, RATE).deviation is None
     found = zr.characterise({"gyro_x_radps": z}, rate=RATE)
     assert found.gyro.axes[0].model is None
-    assert any("nothing is known" in note for note in found.notes)
+    assert any("N is not identifiable" in note for note in found.notes)
 
 
 def test_characterise_says_it():

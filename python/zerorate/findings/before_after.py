@@ -1,4 +1,4 @@
-"""Two reports side by side: what is new, gone, worse, better or otherwise, before and after."""
+"""Two reports side by side: new, gone, worse, better or other findings, before and after."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ class BeforeAfter(Result):
 
     @property
     def summary(self) -> str:
-        """One line: how many findings became what."""
+        """One line: the numbers of findings by verdict."""
         counts = Counter(change.verdict for change in self.changes)
         plural_verdicts = {"differs": "differ"}
         counts_text = [

@@ -179,7 +179,7 @@ LIMITS: Final[Mapping[str, Limit]] = {
         "own: at 5 m/s 0.2 s is a metre, 1 s five",
     ),
     "innovations": Limit(
-        "innovations over the deviations that fixes tell", "", 2.0, math.inf,
+        "innovations over the standard deviations that fixes state", "", 2.0, math.inf,
         "own: fixes are off by twice what they state",
     ),
     "heading error": _limit_from_act(

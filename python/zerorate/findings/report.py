@@ -166,7 +166,7 @@ class Report(Result):
 
     @property
     def empty(self) -> tuple[str, ...]:
-        """Sections of which the log shows nothing, and what is not looked at."""
+        """Sections without findings in the log, and omitted checks."""
         return tuple(name for name in SECTIONS if all(name != f.section for f in self.findings))
 
     @property

@@ -44,7 +44,7 @@ class NarrowBands(NamedTuple):
 
 @dataclass(frozen=True)
 class Fit:
-    """Numbers of one shape, and how well they explain the density."""
+    """Parameters of one shape, and the quality of its fit to the density."""
 
     shape: Shape | None
     p: Floats

@@ -58,7 +58,7 @@ def _script(estimate: AttitudeEstimate) -> str:
 
 
 def _frames(estimate: AttitudeEstimate) -> dict[str, Any]:
-    """Return what the page draws of at most `_MAX_FRAMES` samples, first and last included."""
+    """Return the data of at most `_MAX_FRAMES` samples for the page, first and last included."""
     count = min(estimate.n, _MAX_FRAMES)
     rows = np.unique(np.linspace(0, estimate.n - 1, count).round().astype(np.int64))
     columns = {
@@ -85,11 +85,8 @@ def _frames(estimate: AttitudeEstimate) -> dict[str, Any]:
 def _as_list(values: Floats) -> list[Any]:
     """Return numbers of few digits as JSON has them, null for what is not finite."""
     rounded = np.round(values, _DIGITS)
-    if rounded.ndim == 2:
-        finite = np.isfinite(rounded).all(axis=1)
-        rows = zip(rounded.tolist(), finite, strict=True)
-        return [row if is_known else None for row, is_known in rows]
-    return [x if np.isfinite(x) else None for x in rounded.tolist()]
+    finite = np.isfinite(rounded).reshape(len(rounded), -1).all(axis=1)
+    return [row if finite[i] else None for i, row in enumerate(rounded.tolist())]
 
 
 def _bits(mask: Any, rows: Integers) -> str:  # noqa: ANN401

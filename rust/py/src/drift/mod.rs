@@ -63,17 +63,13 @@ use crate::common::work::in_pieces;
 /// limit : float, optional
 ///     End of the sensor's range, in the samples' unit: a sample of this size or beyond is saturated,
 ///     and missing.
+/// rest_limit : float, optional
+///     Only ``"auto"``: a sensor whose samples scatter by more than this within a quarter second is
+///     not at rest; 10 deg/s, in the samples' unit, suits MEMS gyros. With it a record may begin in
+///     motion; without it a motion from the first sample on can count as rest, and so as bias.
 ///
 /// Other Parameters
 /// ----------------
-/// rest_limit : float, optional
-///     Only ``"auto"``: standard deviation of the samples within a quarter second above which a
-///     sensor cannot be at rest, in the samples' unit; the means of six such intervals spread by
-///     three tenths of it at most. 10 deg/s suits MEMS gyros: motors shake samples, but hardly
-///     their means. A record may then begin in motion: nothing is learned, and 0 is the bias, until
-///     the sensor has been still for 2.25 s. Without it the start counts as rest if it looks like
-///     noise, ``status`` is ``"provisional"`` until something louder or a minute of stillness has
-///     been seen, and ``bias_sigma`` is as large as the samples until then.
 /// bias_limit : float, optional
 ///     Only ``"auto"``: largest level that can be a bias, in the samples' unit; 20 deg/s suits MEMS
 ///     gyros. A sensor that turns at a constant rate looks like one at rest.
@@ -390,8 +386,9 @@ getters! { DriftFilter, slf, py, this;
     /// Samples to date that were left out as outliers, counted a quarter second at a time, by
     /// ``"robust"`` at once: int, with channels (k,). Zero for a published method that looks for none.
     outlier_count: Object<'py> = this.each(py, |filter| filter.tally().outliers)?;
-    /// Samples so far that a stuck sensor gave, counted a quarter second at a time: int, with channels
-    /// (k,). Zero for a published method that neither rejects outliers nor holds in motion.
+    /// Samples to date that a stuck sensor gave, counted a quarter second at a time: int, with
+    /// channels (k,). Zero for a published method that neither rejects outliers nor holds in
+    /// motion.
     stuck_count: Object<'py> = this.each(py, |filter| filter.tally().stuck)?;
     /// The start-up is over: bool, with channels (k,).
     ready: Object<'py> = this.each(py, |filter| filter.ready())?;
