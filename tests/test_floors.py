@@ -11,10 +11,7 @@ import zerorate
 
 ROOT = Path(zerorate.__file__).parent
 FLOORS = (
-    (
-        *("_native", "faults", "lazy", "numerals", "progress", "texts", "types"),
-        *("units", "views"),
-    ),
+    ("_native", "faults", "lazy", "numerals", "progress", "texts", "types", "units", "views"),
     ("geometry", "options", "schemas"),
     ("record",),
     ("datasets", "denoising", "io", "linear", "metrics", "noise"),
