@@ -129,9 +129,8 @@ impl TemperatureFilter {
         self.bias
     }
 
-    /// Standard deviation of the mean bias over the next ten seconds at the temperature now: before
-    /// the first rest the largest sample, and as long as what is taken for rest may be motion no less
-    /// than the bias.
+    /// Standard deviation of the mean bias over the next ten seconds at the temperature now. Before
+    /// the first rest it is the largest sample; while a rest may still be motion, at least the bias.
     pub fn bias_sigma(&self) -> f64 {
         if self.scale == 0.0 {
             return if self.begun { 0.0 } else { self.reach };
