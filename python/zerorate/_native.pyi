@@ -220,7 +220,7 @@ class _Start(TypedDict):
     state_covariance: _Floats
 
 class _Stream:
-    """What all classes have that take samples one by one."""
+    """Members of all classes that take samples one by one."""
 
     def reset(self) -> None: ...
     def copy(self) -> Self: ...

@@ -60,7 +60,7 @@ def bare_argument(name: str) -> Argument:
 
 
 Naming: TypeAlias = Mapping[str, str]
-"""What arguments are called, by their keywords: ``--time-unit`` for ``time_unit``.
+"""Names of arguments by their keywords: ``--time-unit`` for ``time_unit``.
 
 One that is not among them, as there is no such option, is written as Python has it.
 """

@@ -43,7 +43,7 @@ class View(NamedTuple):
 _FIGURE_WIDTH_PX: Final = 380.0
 """Width at which a figure is shown, pixels."""
 _HEIGHT_WEIGHT: Final = 0.55
-"""How much of its height counts as its width: a tall one is made narrower."""
+"""Part of its height that counts as its width: a tall one is made narrower."""
 _TABLE_STYLE: Final = "line-height: 1.25; margin: 0; overflow-x: auto"
 _FIGURE_STYLE: Final = "max-width: 100%; height: auto; background: white"
 _ROW_STYLE: Final = "display: flex; flex-wrap: wrap; gap: 1.5em; align-items: flex-start"

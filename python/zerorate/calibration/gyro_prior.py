@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration
 
 _MATRIX_DRIFT_SIGMA = 1e-3
-"""How far scale and misalignment may have moved since a calibration."""
+"""Standard deviation of the change of scale and misalignment since a calibration."""
 
 
 def gyro_prior(calibration: Calibration, unit: str) -> tuple[Floats, Floats, Floats]:

@@ -27,7 +27,7 @@ from zerorate.record.recording import Recording
 from zerorate.record.samples import partner_name
 
 Clipped: TypeAlias = Literal["auto", "restore", "leave"]
-"""What is done with rates that a gyro clipped at its range."""
+"""Treatments of rates that a gyro clipped at its range."""
 
 
 class Remark(NamedTuple):

@@ -14,10 +14,10 @@ from zerorate.options import FILTER_OPTIONS, METHODS, REST_LIMITS, check_used, s
 from zerorate.options import Option as Row
 
 _NONE_WORDS: Final = {"adapt_for": "always", "rest_limit": "none", "bias_limit": "none"}
-"""What None is called on the command line, where a number is the default."""
+"""Word for None on the command line, where a number is the default."""
 
 _TAKEN: Final = {"order": "two numbers p,q: p from 1 to 3, q from 0 to 3"}
-"""What a kind of option takes, where that is typed otherwise than in Python."""
+"""Values of a kind of option that are typed otherwise than in Python."""
 
 _SHOWN: Final = {
     "order": "2,1; robust: 1,0",
@@ -26,7 +26,7 @@ _SHOWN: Final = {
 """Defaults that depend on the method or the unit, as help shows them."""
 
 _SWITCH: Final = {"on": True, "off": False}
-"""How True and False are typed next to a word."""
+"""Words for True and False next to another word."""
 
 _FLAGS: Final = {
     # Where files are written, that is what --output means.

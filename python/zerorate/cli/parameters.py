@@ -31,7 +31,7 @@ _MIN_SIMILARITY: Final = 0.8
 _MAX_SHOWN_CHOICES: Final = 30
 """Letters of the choices of an option that are shown next to its name."""
 _OFF: Final = "--no-"
-"""How a flag begins that turns off what is on by default."""
+"""Prefix of a flag that turns off a default."""
 _NUMBERS: Final = {float: "a number", int: "a whole number"}
 _OPTION: Final = "option"
 """The metadata of a field that is an option."""

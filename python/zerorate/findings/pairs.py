@@ -32,14 +32,14 @@ _MAX_SCALE_SIGMA: Final = 0.01
 _MIN_CALM_BLOCKS: Final = 8
 _MAX_TILT_RAD: Final = math.radians(10.0)
 _OUTLIER_RATIO: Final = 3.0
-"""How many times farther the odd one is from the others than they are apart."""
+"""Ratio of the odd one's distance from the others to their distance from each other."""
 _QUANTITIES: Final = {
     "delay": "delay",
     "scales differ": "scale",
     "gyros differ": "the gyro's bias",
     "accels differ": "the accelerometer's bias",
 }
-"""What may make an IMU the odd one, by the kind of its finding."""
+"""Possible causes of an odd IMU, by the kind of its finding."""
 
 
 def pair_findings(imus: Sequence[Imu]) -> Iterator[Finding]:

@@ -107,7 +107,7 @@ SECTIONS: Final[dict[str, Callable[[_ReportInput], Iterator[Finding]]]] = {
     ENTER: lambda given: given.settings_findings(),
     RECORD: lambda given: given.next_record_findings(),
 }
-"""What finds the findings of each section, in the order of the page."""
+"""Functions that give the findings of each section, in the order of the page."""
 
 
 @dataclass(frozen=True, eq=False)

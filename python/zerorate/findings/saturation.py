@@ -17,7 +17,7 @@ _MIN_SPAN_STEPS: Final = 20.0
 _MIN_RUN: Final = 3
 """Adjacent samples at the limit that may show it alone; shorter runs must be many."""
 _CORNER_STEEPNESS: Final = 2.0
-"""How many times steeper than a smooth peak the edges of a plateau are."""
+"""Ratio of the slope of a plateau's edges to that of a smooth peak."""
 _PEAK_BIN_RATIO: Final = 4.6
 """Samples in the highest bin of equal smooth peaks over those of a bin beneath: a bin of width w
 holds them as √w, and the eight bins beneath (√9 − √1) √w / 8 on average, or fewer on a grid."""

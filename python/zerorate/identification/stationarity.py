@@ -25,7 +25,7 @@ _KPSS_CRITICAL: Final[dict[str, tuple[float, float, float, float]]] = {
 }
 _KPSS_MIN_SAMPLES: Final = 10
 _KPSS_ROUNDING: Final = 1e-12
-"""What a straight line of samples up to 1 is off by, at most."""
+"""Largest rounding error of a straight line of samples up to 1."""
 
 
 def kpss(z: npt.ArrayLike, lags: int | None = None, trend: Level = "constant") -> Verdict:

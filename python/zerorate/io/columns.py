@@ -37,7 +37,7 @@ _KIND_NAMES: Final = {
 _WANTED_NAMES: Final = {("gyro",): "a gyro", ("gyro", "accel"): "a gyro or an accelerometer"}
 
 SKIP: Final = "skip"
-"""What becomes of torn lines where a caller says so."""
+"""Treatment of torn lines where a caller gives one."""
 
 Columns = str | int | Sequence[str | int] | None
 TimeColumn = str | int | Literal[False] | None

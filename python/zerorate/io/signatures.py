@@ -11,7 +11,7 @@ _RECORDER_MARKS: Final = (b"H Product:Blackbox", b"GYROFLOW IMU LOG")
 MAVLINK_1, MAVLINK_2 = 0xFE, 0xFD
 """First bytes of packets."""
 PACKET_OFFSET: Final = 8
-"""Where the packet of a record of telemetry begins."""
+"""Start of the packet in a record of telemetry."""
 
 
 def is_text(raw: bytes) -> bool:

@@ -27,7 +27,7 @@ _STEADY_SIGMAS: Final = 6.0
 _SIGMA_PER_MAD: Final = 1.4826
 """Standard deviation over the median distance from the median, of normal deviates."""
 _MIN_SHIFT: Final = np.array([math.radians(0.05)] * 3 + [0.02] * 3)
-"""What means of a second may move in any case, rad/s and m/s^2."""
+"""Change that means of a second may have in any case, rad/s and m/s^2."""
 _GRAVITY_TOLERANCE: Final = 0.1
 """Part of gravity that the force at rest may be off."""
 

@@ -36,7 +36,7 @@ from zerorate.types import Floats
 Mount: TypeAlias = npt.ArrayLike | Literal["auto", "none"]
 """Rotation from the sensors' axes to the body's; to be found; or the axes are the body's."""
 Offset: TypeAlias = float | TimeOffset | Literal["auto"]
-"""What is added to the times of fixes, s, or that it is to be found."""
+"""Offset added to the times of fixes, s, or the request to find it."""
 Heading: TypeAlias = float | Literal["course"] | None
 """At the start, rad from north over east; the direction of the first motion; or to be found."""
 

@@ -15,7 +15,7 @@ RATE: Final = 2
 ARM: Final = slice(3, 6)
 SIZE: Final = 6
 OFFSETS: Final = np.array([1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
-"""Where numbers stand: offsets of positions and velocities, their rate, the antenna's place."""
+"""Order of the unknowns: offsets of positions and velocities, their rate, the antenna's place."""
 _HUBER_LIMIT: Final = 3.0
 _CHI_SQUARED_MEDIAN: Final = 0.455
 """Of chi-squared with one degree of freedom."""

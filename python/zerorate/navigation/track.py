@@ -47,7 +47,7 @@ _BIAS_UNITS: Final = {"gyro": "radps", "accel": "mps2"}
 
 
 Steps = dict[str, npt.NDArray[Any]]
-"""What the smoother says of each step of the covariance, as ``NavigationRecord.smoothed`` does."""
+"""The smoother's results at each step of the covariance, as in ``NavigationRecord.smoothed``."""
 
 
 @dataclass(frozen=True, eq=False)

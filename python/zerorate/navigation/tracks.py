@@ -46,7 +46,7 @@ _PIECE_ROWS: Final = 1 << 16
 
 _Values: TypeAlias = Floats | npt.NDArray[np.datetime64]
 _Column: TypeAlias = tuple[str, _Values, str]
-"""What stands before a row's number or time, these, and what stands after it."""
+"""Text before a row's number or time, these two, and the text after them."""
 
 
 def write_geojson(

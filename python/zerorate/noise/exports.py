@@ -30,7 +30,7 @@ _RECORDING_ADVICE: Final = {
     "angle_random_walk": "record ten minutes at rest",
     "rate_random_walk": "record ten hours at rest",
 }
-"""What to do where a record does not determine a coefficient."""
+"""Advice where a record does not determine a coefficient."""
 _REST_ADVICE: Final = (
     "record the sensor at rest, ten minutes for white noise, ten hours for its walk"
 )

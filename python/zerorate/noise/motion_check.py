@@ -17,7 +17,7 @@ from zerorate.record.runs import runs_of_rows
 from zerorate.types import Booleans, Floats
 
 MOTION_SIGMAS: Final = 8.0
-"""How many usual deviations from rest are motion.
+"""Number of usual deviations from rest above which it is motion.
 
 At rest the largest of 10 000 steps from the mean of a second to the next is 4.5 for Gaussian noise
 of any colour; recordings at rest reach 4.5, next to a running motor 5.3. The logarithm of the

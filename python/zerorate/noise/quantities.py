@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 Quantity = Literal["angular rate", "acceleration", "unknown"]
 
 UNKNOWN: Final = "unit"
-"""What a log says whose unit is not known."""
+"""Unit in a log whose unit is not known."""
 
 UNKNOWN_UNIT_REASON: Final = (
     'the unit of the samples is not known: give unit="deg/s", or whatever it is, where the noise '

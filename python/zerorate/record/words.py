@@ -41,7 +41,7 @@ _WORDS_BY_ROLE: Final = {
     "raw": "raw adc lsb digits",
 }  # fmt: skip
 STAGES: Final = ("unfiltered", "calibrated", "", "uncalibrated", "raw", "filtered")
-"""What was done to values, the best first where a file has several: '' where nothing is said.
+"""Processing of values, the best first where a file has several: '' where nothing is stated.
 
 Raw values stand behind calibrated ones, which have a unit, and before filtered ones.
 """

@@ -66,16 +66,16 @@ _MIN_FREEDOM: Final = 5.0
 _MARGIN_EXPONENT: Final = 0.06
 
 _DEPTH_FACTOR: Final = 3.0
-"""How far below a curve marks are shown, as a factor: the floor, and what is near it."""
+"""Factor below a curve down to which marks are shown: the floor, and marks near it."""
 
 _SINGLE_DEPTH_FACTOR: Final = 500.0
 """The same of a figure of one axis, which has room for the marks of walk and ramp."""
 
 _MAX_BOUND_FACTOR: Final = 5.0
-"""How far over a deviation its upper bound is shown; beyond, the frame cuts it."""
+"""Factor over a deviation up to which its upper bound is shown; beyond, the frame cuts it."""
 
 _SHADE_FACTOR: Final = 4.0
-"""How much further than a curve a panel reaches before the part beyond is shaded, as a factor."""
+"""Factor by which a panel exceeds a curve before the part beyond is shaded."""
 
 
 def plot_allan(

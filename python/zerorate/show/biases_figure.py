@@ -36,7 +36,7 @@ _MAX_AXES: Final = 6
 _PANEL_HEIGHT_MM: Final = 18.0
 """Millimetres."""
 _MAX_SIGMA_RATIO: Final = 5.0
-"""How many times as wide as at the end a band may be to be shown whole."""
+"""Largest ratio of a band's width to its width at the end at which it is shown whole."""
 
 
 def plot_summary(replay: Summary) -> Figure:

@@ -193,7 +193,7 @@ _LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
         "six axes: without, so heading is drift since the motion began; ns: what a sample took",
     ),
 }
-"""What the columns mean."""
+"""The meanings of the columns."""
 
 
 def format_compare(comparisons: Sequence[Comparison], per_axis: bool = False) -> str:

@@ -30,7 +30,7 @@ _OVER_SIGMA: Final = (
 )
 _NO_HEADING_TEXT: Final = {True: "from the course", False: "no heading"}
 _ROW_NAMES: Final = {"smoothed": "smoothed, largest inside"}
-"""What a row is called where its name does not say it."""
+"""Names of rows whose own name is not clear."""
 
 
 def format_track(track: Track, *, nis: Floats | None = None) -> str:

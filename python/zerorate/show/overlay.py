@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from zerorate.tasks.characterise import Characterisations
 
 Logs = Mapping[str, Sequence["Characterisation"]]
-"""What was found of each log, by its name."""
+"""Results of each log, by its name."""
 
 # Millimetres.
 _PANEL, _LEFT, _RIGHT, _BELOW, _ABOVE, _BETWEEN = (44.0, 44.0), 14.0, 3.0, 9.0, 6.0, 5.0

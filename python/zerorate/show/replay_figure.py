@@ -48,10 +48,10 @@ _MAX_CUT_SHARE: Final = 0.02
 """Part of the columns that may lie beyond the panel of the raw rate, if they would flatten it."""
 
 _MAX_DOT_DISTANCE: Final = 1.0
-"""How many times as far as the band reaches a dot may lie off it and still be shown."""
+"""Largest distance of a dot that is shown from the band, in widths of the band."""
 
 _FLATTENING_RATIO: Final = 5.0
-"""How many times as far as the others they must reach for that."""
+"""Ratio of the columns' reach to that of the rest above which they are cut."""
 
 
 def plot_replay(replay: Replay, everything: bool = False) -> Figure:

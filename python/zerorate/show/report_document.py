@@ -8,7 +8,7 @@ from typing import Final
 _CONTENT_POLICY: Final = (
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
 )
-"""What a browser lets the page load: nothing that is not in it."""
+"""Policy for a browser: the page loads nothing that is not in it."""
 
 
 _STYLE, _SCRIPT = "report_page.css", "report_page.js"

@@ -195,7 +195,7 @@ class Contamination:
 _WORD_TYPES: Final = {
     field.name.replace("_", "-"): type(field.default) for field in fields(Contamination)
 }
-"""What each word of a text stands for."""
+"""Meaning of each word of a text."""
 
 _WORDS: Final = ", ".join(
     name if kind is bool else f"{name}=" for name, kind in _WORD_TYPES.items()

@@ -30,7 +30,7 @@ _TREMOR_LINES: Final = 8
 _SIX_UP_AXES: Final = np.array(
     [[0, 0, 1], [1, 0, 0], [0, 1, 0], [0, 0, -1], [-1, 0, 0], [0, -1, 0]]
 )
-"""Which direction of the body is up, each at a right angle to the next."""
+"""Directions of the body that are up, each at a right angle to the next."""
 
 
 @dataclass(frozen=True, eq=False)

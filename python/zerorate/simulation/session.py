@@ -408,7 +408,7 @@ class _Output:
     offset: float
     """SI units in one of the samples."""
     gain: float
-    """What a matrix between SI units is divided by."""
+    """Divisor of a matrix between SI units."""
 
     @classmethod
     def of_gyro(cls, errors: GyroErrors) -> _Output:

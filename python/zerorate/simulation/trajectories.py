@@ -22,7 +22,7 @@ Motion: TypeAlias = tuple[Floats, Floats, Floats]
 """Quaternions from body to earth, shape (n, 4); rates in the axes of the body, rad/s, and velocity
 in those of the earth, m/s, shape (n, 3)."""
 Angle: TypeAlias = Callable[[Floats], tuple[Floats, Floats]]
-"""What gives an angle and its derivative at any time."""
+"""Function that gives an angle and its derivative at any time."""
 
 _G: Final = 9.80665
 _TURN: Final = 2.0 * math.pi

@@ -47,7 +47,7 @@ _MAX_LISTED_SPANS: Final = 3
 """Spans of an exclusion that are listed."""
 
 SAMPLE_FATES: Final = ("used", "missing", "saturated", "excluded", "left out")
-"""What became of the samples of a sensor, by their numbers in `ArrayReplay.fate`.
+"""Fates of the samples of a sensor, by their numbers in `ArrayReplay.fate`.
 
 Those left out are far from all others, of a sensor that is stuck, or of one that does not know its
 bias yet while others do.

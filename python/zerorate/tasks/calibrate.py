@@ -51,7 +51,7 @@ EXPORTS: Final[Mapping[str, tuple[str, ...]]] = {
     "ardupilot": ("-ardupilot.param",),
     "json": (),
 }
-"""How the names of files for other programs end; the JSON is always written."""
+"""Endings of the names of files for other programs; the JSON is always written."""
 
 MAGNETOMETER_EXPORTS: Final = ("json", "px4", "ardupilot")
 """Those of a magnetometer."""

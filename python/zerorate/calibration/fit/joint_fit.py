@@ -72,7 +72,7 @@ class Spread(NamedTuple):
 
 
 DATASHEET_SPREAD: Final = Spread(0.05, 0.03, 0.1)
-"""What data sheets of MEMS sensors promise."""
+"""Values from data sheets of MEMS sensors."""
 
 WIDE_SPREAD: Final = Spread(0.5, 0.5, 0.5)
 """Sensors of which not even the unit is known."""

@@ -28,7 +28,7 @@ _MAX_BREAK_S: Final = 0.4
 _MIN_REST_S: Final = 1.0
 
 _POSE_SIGMA: Final = 0.3e-3
-"""How well two rests in one pose agree, parts of gravity: no sensor is as stable as the mean of
+"""Agreement of two rests in one pose, parts of gravity: no sensor is as stable as the mean of
 seconds of white noise."""
 
 _HARMONICS: Final = np.arange(1, 33)

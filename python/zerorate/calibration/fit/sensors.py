@@ -23,7 +23,7 @@ Kind = Literal["gyro", "accel"]
 Source = str | Log | npt.ArrayLike | None
 
 STANDARD_GRAVITY: Final = 9.80665
-"""What is meant by g, m/s^2."""
+"""The unit g in m/s^2."""
 
 UNNAMED: Final = "unnamed"
 """Says in the meta of a log that its names are not those of a file."""

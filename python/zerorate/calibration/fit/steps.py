@@ -69,7 +69,7 @@ _REMEDIES: Final = {
     "force": "hold it still in each pose; if it was, check the accelerometer",
     "clipped": "set a larger range of the accelerometer",
 }
-"""What to do first, by the reason for which most rests and turns were left out."""
+"""First advice, by the reason for which most rests and turns were left out."""
 
 _MAX_REST_RATE_RAD_S: Final = 3.0 * np.pi / 180.0
 """Rate, rad/s, beyond the usual one at rest by which a steady turn differs from a rest."""

@@ -33,7 +33,7 @@ _WALK_PRIOR: Final = np.sqrt(_WALK_VARIANCES) / (1.0 + _WALK_VARIANCES)
 
 _MAX_CONDITION: Final = 1e10
 _ROUNDING: Final = 64.0 * float(np.finfo(float).eps)
-"""What rounding may leave of a sum of some hundred products, over the sum of their sizes."""
+"""Rounding error of a sum of some hundred products, over the sum of their sizes."""
 
 _TINY: Final = float(np.finfo(float).tiny)
 

@@ -30,7 +30,7 @@ _ORIGIN: Final = (
     r"|abs|absolute|elapsed|fine|cal|sample|device|system|sys|host|header|txt|iso|of|day|week"
     r"|\d\d_\d\d))*"
 )
-"""What may follow: whose time it is, and since when it counts; ``time (+02:00)``."""
+"""Suffixes: whose time it is, and since when it counts; ``time (+02:00)``."""
 _SUFFIX: Final = rf"{_ORIGIN}(?:_(?:{'|'.join(_UNIT_OF_WORD)}))?"
 _TIME_NAME: Final = re.compile(
     rf"^(?:t|(?:.*_)?(?:times?|time_?stamps?|stamps?|realtime|uptime|systime)){_SUFFIX}$"
@@ -41,7 +41,7 @@ _MAYBE_TIME_NAME: Final = re.compile(
 )
 _BRACKETED_UNIT: Final = re.compile(rf"[\[(]\s*(?:{'|'.join(_UNIT_OF_WORD)})\s*[\])]\s*(?:\.\d+)?$")
 _REPEAT_SUFFIX: Final = re.compile(r"\.\d+$")
-"""What pandas adds to a name that stands twice."""
+"""Suffix that pandas adds to a name that stands twice."""
 _ORIGIN_END: Final = re.compile(_ORIGIN + "$")
 
 

@@ -31,7 +31,7 @@ PER_SECOND: Final = {
 }
 SAMPLES: Final = "samples"
 TIME_UNITS: Final = (*PER_SECOND, SAMPLES)
-"""What ``time_unit=`` takes; samples are counted at the rate that is stated."""
+"""Values of ``time_unit=``; samples are counted at the rate that is stated."""
 _DECIMAL_UNITS: Final = ("s", "ms", "us", "ns")
 """Units of a clock that says no other; the larger ones are never meant without a word."""
 DATE_RANGE_S: Final = (946_684_800, 4_102_444_800)

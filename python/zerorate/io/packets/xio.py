@@ -26,7 +26,7 @@ _BINARY_BIT: Final = 0x80
 _INERTIAL, _MAG = ord("I"), ord("M")
 _NUMBER_COUNTS: Final = {_INERTIAL: 6, _MAG: 3}
 _IGNORED_KINDS: Final = b"ABEFHLNQRSTVW{"
-"""What is not read: orientations, temperatures, notes, answers to commands."""
+"""Messages that are not read: orientations, temperatures, notes, answers to commands."""
 _MAX_MESSAGE_BYTES: Final = 4096
 
 

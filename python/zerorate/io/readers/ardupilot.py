@@ -270,7 +270,7 @@ def _stamps(message: Message, name: str) -> Column:
 _BATCH_HEAD_FIELDS: Final = ("N", "type", "instance", "mul", "smp_cnt", "SampleUS", "smp_rate")
 _BATCH_DATA_FIELDS: Final = ("N", "seqno", "x", "y", "z")
 _BATCH_KINDS: Final = {0: ("accel", "accel_{}_mps2"), 1: ("gyro", "gyro_{}_radps")}
-"""What batches are of, by their number, and the names of their columns."""
+"""Sensors of batches, by their number, and the names of their columns."""
 _SAMPLES_PER_MESSAGE: Final = 32
 """Samples in a message of a batch."""
 

@@ -19,7 +19,7 @@ _RATE_NAMES = (
     *("sampling_rate", "samplingRate", "SamplingRate", "sample_rate", "sampleRate", "SampleRate"),
     *("samplerate", "sampling_frequency", "sample_frequency", "fs", "Fs", "FS", "f_s"),
 )
-"""What others call the rate; a single number under such a name is one."""
+"""Names that others give the rate; a single number under such a name is one."""
 SCALAR_NAMES = ("rate", "unit", "names", "sensor", *_RATE_NAMES)
 _MAX_WIDTH = 64
 

@@ -43,7 +43,7 @@ _CLOCK_FIELDS: Final = {"TimestampUs": 1, "0x5449434b": 1000}
 _CHANNEL_AXES: Final = {"up/down": "z", "right/left": "x", "forward/back": "y"}
 _CHANNEL_NAMES: Final = re.compile(r"\(([\w/]+), ?([\w/]+), ?([\w/]+)\)")
 _COMMON_COLUMNS: Final = {"gyro": "gyro_{}_dps", "accl": "accel_{}_mps2", "magn": "mag_{}_ut"}
-"""What telemetry-parser makes of all cameras, and its units."""
+"""Columns that telemetry-parser makes for all cameras, and their units."""
 _MAX_LISTED: Final = 12
 """Things that a sentence lists."""
 

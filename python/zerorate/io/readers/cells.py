@@ -18,7 +18,7 @@ _DECIMAL: Final = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?"
 _NUMBER: Final = re.compile(
     rf"[+-]?(?:{_DECIMAL}|inf(?:inity)?|nan(?:\([a-z0-9_]*\))?)", re.ASCII | re.IGNORECASE
 )
-"""What C writes and reads in base ten; Python's own takes ``1_000`` and digits of any script."""
+"""Numbers of C in base ten; Python's own takes ``1_000`` and digits of any script."""
 
 _WHOLE: Final = re.compile(r"[+-]?[0-9]{1,19}", re.ASCII)
 

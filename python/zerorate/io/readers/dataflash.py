@@ -48,10 +48,10 @@ _DTYPES: Final = {
     "N": "S16",
     "Z": "S64",
 }
-"""What the letters of fields stand for, as NumPy spells it."""
+"""Types of the letters of fields, as NumPy spells them."""
 _SIZES: Final = {name: np.dtype(kind).itemsize for name, kind in _DTYPES.items()} | {"a": 64}
 _DIVISORS: Final = {"c": 1e2, "C": 1e2, "e": 1e2, "E": 1e2, "L": 1e7}
-"""What integers of some letters are divided by."""
+"""Divisors of integers of some letters."""
 _NON_NUMBER_LETTERS: Final = "anNZ"
 _WORD_LETTERS: Final = _NON_NUMBER_LETTERS + "M"
 """Those that are words in a text."""

@@ -28,7 +28,7 @@ from zerorate.io.table import Column
 from zerorate.record.log import LogError
 
 _PROGRAM: Final = Path(__file__).with_name("isolated_worker.py")
-"""What the process runs; it knows the readers, so it is not imported here."""
+"""Module that the process runs; it knows the readers, so it is not imported here."""
 _CLOCK_S_PER_CPU_S: Final = 1.0 if sys.platform == "win32" else 10.0
 """Seconds on the clock for one of computing, which most systems count: they may be busy."""
 _CPU_LIMIT_CODE: Final = -int(getattr(signal, "SIGXCPU", 0))

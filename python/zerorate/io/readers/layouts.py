@@ -39,7 +39,7 @@ STATED_RATE: Final = re.compile(
 )
 _TIME_UNIT_WORDS: Final = {spelling for spellings in UNITS.values() for spelling in spellings}
 _EMPTY_CELLS: Final = ("", "-")
-"""What stands for no value in a row, and for none in a line of units."""
+"""Texts for no value in a row, and for none in a line of units."""
 _MAX_HEAD_LINES: Final = 400
 """Number of lines that show the width of a row."""
 _MAX_COMMA_ROWS: Final = 50

@@ -42,7 +42,7 @@ from zerorate.record.words import STAGES, parse_name, words_of
 
 _UTF_16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
 _SERIAL_STAMP: Final = rb"(?m)^(\d{1,2}:\d\d:\d\d[.,]?\d*) -> "
-"""What the serial monitor of Arduino writes before a line."""
+"""Prefix that the serial monitor of Arduino writes before a line."""
 _AXES: Final = (0, 1, 2)
 _PART: Final = 0.1
 """Rows of a set of names, of those of the commonest, from which on it is a sensor."""

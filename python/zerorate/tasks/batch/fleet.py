@@ -17,7 +17,7 @@ MIN_LOGS: Final = 8
 """Fewest sensors that show the spread of their kind."""
 
 EXPECTED_FALSE_ALARMS: Final = 0.1
-"""How many are expected in a whole batch of equal sensors, where differences are normal."""
+"""Outliers expected in a whole batch of equal sensors with normal differences."""
 
 _SIGMA_PER_MAD: Final = 1.4826022185056018
 """Standard deviation of a normal distribution over its median absolute deviation."""

@@ -15,10 +15,10 @@ SUMMARY_MARK: Final = b"zerorate batch"
 """Key of the summary's metadata by which it is known wherever it lies."""
 
 _RESULT_MARK: Final = re.compile("-zerorate(?=-|$)")
-"""What every command adds to the name of a log whose results it writes."""
+"""Suffix that every command adds to the name of a log whose results it writes."""
 
 _TRUTH_SUFFIX: Final = "-truth"
-"""What ``zerorate simulate`` adds to the name of a log for the file of its true drift."""
+"""Suffix that ``zerorate simulate`` adds to the name of a log for the file of its true drift."""
 
 
 @dataclass(frozen=True)

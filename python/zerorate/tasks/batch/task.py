@@ -39,7 +39,7 @@ from zerorate.tasks.workers import limit_threads
 Status = Literal["done", "skipped", "failed"]
 
 COMMANDS: Final[Mapping[str, Command]] = {one.name: one for one in (REPLAY, ALLAN, REPORT)}
-"""What a batch can do with its logs."""
+"""The tasks of a batch."""
 
 _FORMATS: Final = ("parquet", "csv", "npz")
 

@@ -21,7 +21,7 @@ ERROR_MEASURES: Final = frozenset(
 """Measures that are compared with those on the clean record."""
 
 DEGRADATION_SUFFIX: Final = "_degradation"
-"""What stands after the name of an error in that of its ratio to the error on the clean record."""
+"""Suffix to the name of an error for its ratio to the error on the clean record."""
 
 
 @dataclass(frozen=True)

@@ -124,7 +124,7 @@ def _resolve_method(method: str | OwnMethod | Callable[..., Any]) -> MethodSpec:
 
 
 _OPTIMUM: Final = "optimum"
-"""What tables call the filter that knows a simulated gyro."""
+"""Name in tables of the filter that knows a simulated gyro."""
 
 
 def run_on_axis(

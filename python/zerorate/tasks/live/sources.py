@@ -20,7 +20,7 @@ _READ_BYTES: Final = 1 << 16
 _MAX_PUSH_BYTES: Final = 1 << 22
 """Bytes that one push may have: some seconds of all sensors."""
 _TIMEOUT_S: Final = 30.0
-"""How long a connection or a device is waited for."""
+"""Longest wait for a connection or a device."""
 _DEFAULT_BAUD: Final = 115200
 _MAX_QUEUED: Final = 1 << 12
 """Largest number of waiting messages; a source faster than the filter is held up or refused."""

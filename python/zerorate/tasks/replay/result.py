@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Panels: TypeAlias = Literal["usual", "all"]
-"""How much of a result its figure shows."""
+"""Extent of the figure of a result."""
 
 _NO_REST: Final = "no rest yet"
 _PROVISIONAL: Final = "provisional"
