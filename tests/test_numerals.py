@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from zerorate.numerals import format_or_dash, format_with_error, to_digits
+from zerorate.numerals import format_or_dash, format_with_error, shorten
 
 
 @pytest.mark.parametrize(
@@ -35,4 +35,4 @@ def test_what_is_no_number_is_a_dash(value, text):
     [(170.2, 2, "170"), (100.0, 1, "100"), (5.0, 2, "5"), (0.0512, 2, "0.051"), (2e7, 3, "2e+07")],
 )
 def test_a_number_below_a_million_has_no_exponent(value, digits, text):
-    assert to_digits(value, digits) == text
+    assert shorten(value, digits) == text

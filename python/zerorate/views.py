@@ -61,8 +61,8 @@ def add_registrar(module: str) -> None:
 def register(package: str, views: Mapping[str, View], columns: str) -> None:
     """Register the views of results, by ``"module.Class"`` within a package.
 
-    Nothing is imported before a view is asked for. `columns` names the function that turns any log
-    or result into columns and metadata, ``"module:name"``.
+    Nothing is imported before the first request for a view. `columns` names the function that turns
+    any log or result into columns and metadata, ``"module:name"``.
     """
     _VIEWS.update({f"{package}.{name}": view for name, view in views.items()})
     _COLUMN_MAKERS[:] = [columns]

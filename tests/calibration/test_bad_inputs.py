@@ -268,7 +268,7 @@ class TestAxes:
         found = zr.calibration.calibrate(with_data(session().recording, gyro))
         assert not found.valid
         assert hand in found.problems[0]
-        assert f"if {told} is taken for its (x, y, z)" in found.problems[0]
+        assert f"if {told} is read as its (x, y, z)" in found.problems[0]
         # The fit itself is of the axes that follow gravity.
         assert found.carry_error == pytest.approx(calibration().carry_error, rel=1e-3)
 

@@ -295,7 +295,7 @@ def test_a_place_tells_field_and_dip(monkeypatch):
     assert any("by the World Magnetic Model" in note for note in there.notes)
     south = zr.calibration.calibrate_magnetometer(recording, place=(-48.1, 11.6, 500.0))
     assert any("the dip is" in problem for problem in south.problems)
-    with pytest.raises(ValueError, match="place tells field and dip"):
+    with pytest.raises(ValueError, match="place determines field and dip"):
         zr.calibration.calibrate_magnetometer(recording, place=(48.1, 11.6), dip=1.1)
     with pytest.raises(ValueError, match="place takes latitude, longitude"):
         zr.calibration.calibrate_magnetometer(recording, place=(48.1,))

@@ -241,7 +241,7 @@ def test_what_only_may_be_the_time_by_its_name_has_to_rise(name, column, told):
     table = pd.DataFrame({"wx_dps": GYRO, name: column})
     log = read_log(table, rate=200)
     assert (log.rate, log.n) == (200.0, 1000)
-    assert log.meta["notes"][0].startswith(f"column '{name}' is not taken for the time: ")
+    assert log.meta["notes"][0].startswith(f"column '{name}' is not read as the time: ")
     assert told in log.meta["notes"][0]
     with pytest.raises(LogError, match=rf"give rate= in Hz; column '{name}' is not .*{told}"):
         read_log(table)

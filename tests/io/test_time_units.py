@@ -53,7 +53,7 @@ def test_two_readings_are_both_named():
 def test_another_clock_tells():
     log = log_of(200 * I, beside={"elapsed_s": 0.2 * I})
     assert log.rate == 5.0
-    assert log.meta["notes"] == ("time column 'time' read as ms, as column 'elapsed_s' tells",)
+    assert log.meta["notes"] == ("time column 'time' read as ms, as column 'elapsed_s' shows",)
 
 
 @pytest.mark.parametrize(

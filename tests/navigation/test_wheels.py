@@ -106,9 +106,8 @@ def test_ticks_of_which_nothing_is_told_are_refused():
     with pytest.raises(ValueError, match="tick must be given, or fixes"):
         zr.navigation.Wheels.of_ticks(time, time)
     still = zr.simulate_drive(50.0, 40.0, kind="rest").fixes
-    with pytest.raises(
-        zr.LogError, match=r"does not give the length of a wheel's tick.* tick= says it"
-    ):
+    refused = "does not give the length of a wheel's tick.* tick= says it"
+    with pytest.raises(zr.LogError, match=refused):
         zr.navigation.Wheels.of_ticks(time, time, fixes=still)
 
 

@@ -182,7 +182,7 @@ def test_findings_of_one_kind_on_many_sensors_are_one_line():
     assert re.search(
         r"<summary><b class=\"good\">good</b> gyro bias: 8 similar, [\d.]+ to [\d.]+ deg/s", text
     )
-    assert "</b> gravity: 7 alike, " in text
+    assert "</b> gravity: 7 similar, " in text
     # First of all, and in its section.
     assert len(re.findall(r'<li class="act">[^\n]*imu8 accel[^\n]*9\.807', text)) == 2
 

@@ -43,7 +43,7 @@ _SAMPLE_TOLERANCE, _TICK_TOLERANCE = 0.5, 0.1
 """Parts of the acceleration, gravity at least, by which a sample and the mean of a tick are off."""
 
 _DERIVATIVE_SIGMAS: Final = 3.0
-"""Deviations of the rate's derivative, times the lever arm."""
+"""Standard deviations of the rate's derivative, times the lever arm."""
 _UNKNOWN_LEVER_M: Final = 0.05
 """Metres between sensors whose positions are not given."""
 
@@ -98,7 +98,7 @@ class FusedAccelerometers(Result):
     unit: str
 
     def __repr__(self) -> str:
-        """Return the number of sensors and samples, and what is left between the sensors."""
+        """Return the number of sensors and samples, and the residual between the sensors."""
         n, sensors = self.weights.shape
         known = self.residual[np.isfinite(self.residual)]
         left = float(np.sqrt(np.mean(known**2))) if known.size else np.nan
@@ -304,7 +304,7 @@ class _Motion(NamedTuple):
 
     @property
     def lever_error(self) -> Floats:
-        """By how much that may be wrong against the mean place, (n, N); infinite without a rate."""
+        """Bound of its error relative to the mean position, (n, N); infinite without a rate."""
         sure = np.sqrt(self.certainty)[:, np.newaxis]
         arms = np.linalg.norm(self.levers - self.levers.mean(axis=0), axis=1)
         unknown = np.full((len(sure), len(arms)), np.inf)
@@ -465,7 +465,7 @@ def _split_blocks(n: int, rate: float) -> list[slice]:
 
 
 class _Vote(NamedTuple):
-    """Samples that are far (n, N); of each tick who is, how far, and how far nobody wonders."""
+    """Outliers among samples (n, N); per tick the outlying sensors, their distance, its bound."""
 
     outliers: Booleans
     outlier_ticks: Booleans
@@ -599,7 +599,7 @@ class _Solution:
 
     @property
     def residual(self) -> Floats:
-        """The RMS of what is left over the used samples and the axes, of each sensor."""
+        """RMS residual of each sensor over the used samples and the axes."""
         unknown = np.full(self._counts.shape, np.nan)
         means: Floats = np.divide(self._squares, self._counts, out=unknown, where=self._counts > 0)
         return np.sqrt(means)
@@ -644,7 +644,7 @@ def _solve_block(force: Floats, information: Floats, motion: _Motion | None) -> 
 
 
 def _force_gradient(arms: Floats, differences: Floats, u: Floats, motion: _Motion) -> Floats:
-    """Return by how much the force changes with the place, (n, 3, 3): times an arm it is a force.
+    """Return the gradient of the force by position, (n, 3, 3): times an arm it is a force.
 
     Differences from the mean at arms (n, N, 3) determine it. If the rate is known it is a cross
     product with the angular acceleration, which the rate also gives; else it is anything, of a size

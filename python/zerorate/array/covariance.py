@@ -92,7 +92,7 @@ class AllanCovariance(Result):
         return np.clip(correlation, -1.0, 1.0)
 
     def virtual_gyro(self, horizon: float = 60.0, weights: WeightsName = "drift") -> VirtualGyro:
-        """Return weights that make one gyro of all, and what they gain over the plain mean.
+        """Return weights that fuse all gyros into one, with their gain over the plain mean.
 
         Parameters
         ----------

@@ -169,7 +169,7 @@ def array_log(source: Recording | Log, *, axes: Literal[1, 3] | None = None) -> 
 
 
 class _Sensor(NamedTuple):
-    """A gyro of an array: its name, what the names of its channels say of it, and its log."""
+    """A gyro of an array: its name, the sensor in the names of its channels, and its log."""
 
     name: str
     label: str
@@ -242,7 +242,7 @@ def _is_kind_word(word: str) -> bool:
 
 
 def _choose_labels(sensor_labels: Sequence[str], names: Sequence[str]) -> tuple[str, ...]:
-    """Return labels that differ: what names say, else the names, else numbers."""
+    """Return labels that differ: from channels, else the names, else numbers."""
     for labels in (sensor_labels, names):
         if len(set(labels)) == len(labels) and all(labels):
             return tuple(labels)

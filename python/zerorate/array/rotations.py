@@ -242,7 +242,7 @@ class _Pair(NamedTuple):
 
     @property
     def residual(self) -> float:
-        """RMS of what is left, over that of the first."""
+        """RMS residual, over the RMS of the first."""
         residuals = self.first - self.other @ self.rotation.T
         return float(np.sqrt(np.sum(residuals**2) / np.sum(self.first**2)))
 
@@ -306,7 +306,7 @@ def _sensor_names(labels: Sequence[str] | None, sensors: int) -> tuple[str, ...]
 def _remove_bias(
     z: Floats, rate: float, unit: str | None, limit: float | None, names: Sequence[str]
 ) -> tuple[Floats, Booleans]:
-    """Return the rates less their biases, and where each sensor rests, shape (n, N)."""
+    """Return the rates minus their biases, and the mask of rest of each sensor, shape (n, N)."""
     n, sensors, _ = z.shape
     limits = add_rest_limits({}, ["auto"], unit)
     filter_ = DriftFilter(rate, channels=3 * sensors, limit=limit, **limits)

@@ -1,4 +1,4 @@
-"""Weights that make one gyro of many, what they gain, and how sure that is."""
+"""Weights that fuse many gyros into one, their gain, and its error."""
 
 from __future__ import annotations
 
@@ -190,7 +190,7 @@ def fit_noise(tau: Floats, matrix: Floats, edf: Floats) -> Noise:
     Notes
     -----
     Every element by least squares on its own; an estimate counts as its degrees of freedom allow,
-    given what the fit says its deviation is. Both matrices are positive semidefinite. Strengths
+    given its standard deviation from the fit. Both matrices are positive semidefinite. Strengths
     that are too small to be seen are set to the smallest visible value: as zeros they
     would draw all the weight.
     """

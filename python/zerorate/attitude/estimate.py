@@ -1,4 +1,4 @@
-"""The attitude of a whole recording: orientation, how far to trust it, and what was learned."""
+"""The attitude of a whole recording: orientation, its standard deviations, and learned errors."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ def event_mask(events: EventBits, event: Event) -> Booleans:
 
 
 def event_notes(events: EventBits, at_rest: Booleans, time: Floats, rate: float) -> Iterator[str]:
-    """Yield a sentence for each mechanism that acted: how often, and when.
+    """Yield a sentence for each mechanism that acted: its count, and its times.
 
     Parameters
     ----------

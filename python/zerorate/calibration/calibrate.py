@@ -52,7 +52,7 @@ def calibrate(
     frame : {"x", "z", "symmetric"}
         Axes of the body: as of `Calibration`.
     prior : {"datasheet", "wide"}
-        What is known before: scale within 5 %, cross terms within 30 mrad, bias of the
+        Prior: scale within 5 %, cross terms within 30 mrad, bias of the
         accelerometer within 100 mg (standard deviations); or nothing but that they are smaller
         than half of it. Sensors of unknown unit have the wide one.
     saturation : float, optional

@@ -277,7 +277,7 @@ class Calibration(Result):
 
     @property
     def gyro_to_accel(self) -> Vector:
-        """Rotation vector of C in v_accel = C v_gyro, rad: how the sensors are turned.
+        """Rotation vector of C in v_accel = C v_gyro, rad, between the sensors.
 
         The axes of a sensor are those in which its matrix is lower triangular: its own x axis, and
         y in its x-y plane. They are the same in every frame.

@@ -31,7 +31,7 @@ def find_accel(recording: Recording, calibration: Calibration) -> Log | None:
 
 
 def correct_gyro(recording: Recording, calibration: Calibration, *, by_columns: bool) -> Log:
-    """Return the gyro of a recording, corrected, whose notes say so.
+    """Return the corrected gyro of a recording, with a note on it.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ from zerorate.calibration.parameters import (
 )
 from zerorate.faults import keyword_argument, make_sentence
 from zerorate.noise.exports import write_text
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record.atomic import atomic_path
 from zerorate.record.exporting import document_export
 from zerorate.types import Floats
@@ -188,7 +188,7 @@ def _format_triad(
     if si == "rad/s" and calibration.values[G_SENSITIVITY].any():
         largest = np.abs(calibration.values[G_SENSITIVITY]).max()
         remarks += (
-            f"# g-sensitivity has no place here: up to {to_digits(largest)} {raw} a g is left.",
+            f"# g-sensitivity has no place here: up to {shorten(largest, 3)} {raw} a g is left.",
         )
     return "\n".join((*(" ".join(map(_format_number, row)) for row in rows), *remarks)) + "\n"
 
@@ -301,11 +301,11 @@ def _describe_remainder(calibration: Calibration) -> Iterator[str]:
     """Yield the size of the errors that offsets and scales alone leave."""
     accel = calibration.accel.correction
     cross = 1e3 * np.abs(accel - np.diag(np.diagonal(accel))).max()
-    yield f"# Left: misalignment of the accelerometer, up to {to_digits(cross, 2)} mrad,"
+    yield f"# Left: misalignment of the accelerometer, up to {shorten(cross)} mrad,"
     rest = 100.0 * np.abs(calibration.values[GYRO_MATRIX].reshape(3, 3) - np.eye(3)).max()
     force = convert(float(np.abs(calibration.values[G_SENSITIVITY]).max()), "rad/s", "deg/s")
-    yield f"# scale and misalignment of the gyro, up to {to_digits(rest, 2)} % of a rate,"
-    yield f"# its g-sensitivity, up to {to_digits(force, 2)} deg/s a g."
+    yield f"# scale and misalignment of the gyro, up to {shorten(rest)} % of a rate,"
+    yield f"# its g-sensitivity, up to {shorten(force)} deg/s a g."
 
 
 def _convert_to_si(calibration: Calibration, program: str) -> Calibration:
@@ -328,7 +328,7 @@ def _convert_to_si(calibration: Calibration, program: str) -> Calibration:
 
 
 def _check_valid(calibration: Calibration, doubtful: bool) -> None:
-    """Refuse a calibration whose own words doubt it: ValueError says what to record instead."""
+    """Refuse a doubtful calibration: ValueError with advice for another record."""
     if calibration.valid or doubtful:
         return
     advice = "; ".join(calibration.advice) or "rest in a dozen poses, and turns between them"

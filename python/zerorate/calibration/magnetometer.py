@@ -1,4 +1,4 @@
-"""The calibration of a magnetometer: what it corrects, and how far it can be trusted."""
+"""The calibration of a magnetometer: its correction, and its reliability."""
 
 from __future__ import annotations
 
@@ -273,7 +273,7 @@ class MagnetometerCalibration(Result):
         before : bool
             True for raw samples: with the effects of hard and soft iron, and of their uncertainty.
         group : int, optional
-            With the hard iron of which group; default that of `longest`, whose deviations count.
+            Index of the group whose hard iron is used; default `longest`.
 
         Returns
         -------
@@ -338,7 +338,7 @@ class MagnetometerCalibration(Result):
         return cls(**fields)
 
     def __repr__(self) -> str:
-        """Return in one line what is applied."""
+        """Return one line with the applied corrections."""
         state = f"model {self.model!r}" if self.valid else "not valid"
         return f"MagnetometerCalibration({state}; {len(self.spans)} spans)"
 
@@ -358,7 +358,7 @@ def _decode_coefficients(encoded: list[Any]) -> Any:  # noqa: ANN401
 
 
 def _measure_unevenness(samples: Floats) -> tuple[float, float]:
-    """Return the median size of a field, and how much of it the size varies by."""
+    """Return the median size of a field, and the relative variation of the size."""
     sizes = np.linalg.norm(samples[np.isfinite(samples).all(axis=1)], axis=1)
     if not len(sizes):
         return 0.0, 0.0

@@ -1,4 +1,4 @@
-"""The removal of what a calibration has found: from arrays, logs, recordings and live samples.
+"""Application of a calibration: to arrays, logs, recordings and live samples.
 
 All roads go through `zerorate.ImuCorrector`, so that a record gives the same bits live and at once.
 """
@@ -495,7 +495,7 @@ def _channel_notes(log: Log, sensor: Sensor, calibration: Calibration) -> Iterat
 def _make_corrected_log(
     log: Log, data: Floats, sensor: Sensor, calibration: Calibration, without_accel: bool = False
 ) -> Log:
-    """Return a log with corrected samples, whose notes say what was done."""
+    """Return a log with corrected samples, and notes on the correction."""
     unit = calibration.gyro_units[1] if sensor == "gyro" else calibration.accel_units[1]
     sentences = (*_correction_notes(calibration, sensor), *_channel_notes(log, sensor, calibration))
     corrected = _add_notes(replace(log, data=data, unit=unit), sentences)

@@ -1,4 +1,4 @@
-"""The 48 signed permutations of three axes, and what to call them."""
+"""The 48 signed permutations of three axes, and their names."""
 
 from __future__ import annotations
 

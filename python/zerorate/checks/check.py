@@ -226,7 +226,7 @@ def _gyro_finding(
 
 
 def _resolve_unit(stated_unit: str, unit: int) -> tuple[str, float]:
-    """Return the unit in which values are, and what makes them so."""
+    """Return the unit of values, and their factor into it."""
     other = {("rad/s", 1): "deg/s", ("deg/s", 2): "rad/s"}.get((stated_unit, unit))
     return (other, 1.0) if other else (stated_unit, _UNIT_FACTORS[unit])
 
@@ -342,7 +342,7 @@ def _field_finding(
 
 
 def _median_dip(ticks: _Ticks) -> float | None:
-    """Return the median angle by which the field points down: the force at rest points up."""
+    """Return the median angle of the field below the level: the force at rest points up."""
     assert ticks.fields is not None
     sizes = np.linalg.norm(ticks.forces, axis=1) * np.linalg.norm(ticks.fields, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -371,7 +371,7 @@ def _describe_clock(gyro: Log) -> str:
 
 
 def _describe_sizes(recording: Recording, accel: str, mag: str) -> Iterator[str]:
-    """Yield a sentence on each sensor whose size is that of another unit than the one named."""
+    """Yield a sentence on each sensor whose values suggest another unit."""
     for name, kind in ((accel, "accel"), (mag, "mag")):
         log, known = recording.get(name), _USUAL_SIZES[kind]
         if log is None or log.channels != 3 or log.unit not in known:

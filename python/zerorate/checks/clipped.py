@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from zerorate._native import restore_clipped_rates
 from zerorate.faults import ArgumentError
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record import Recording
 from zerorate.record.named import convert_to_unit, rate_of
 from zerorate.types import Booleans, Floats
@@ -64,7 +64,7 @@ class ClippedAxis:
         limit = math.degrees(self.sign * self.limit)
         return (
             f"gyro {self.axis} is clipped at {limit:.0f} deg/s in "
-            f"{to_digits(100.0 * self.share, 2)} % of "
+            f"{shorten(100.0 * self.share)} % of "
             "the samples: restored from their flanks, and believed less"
         )
 

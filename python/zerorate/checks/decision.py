@@ -88,7 +88,7 @@ class _Margin(NamedTuple):
 
 
 def _compare_costs(worse: Floats, better: Floats, floor: float) -> _Margin:
-    """Return by how much one hypothesis is better than another, in how many windows."""
+    """Return the advantage of one hypothesis over another, and the number of windows for it."""
     high, low = worse + floor**2, better + floor**2
     d = np.log(high / low).clip(-3.0, 3.0)
     total = float(np.abs(d).sum())

@@ -9,9 +9,9 @@ Integrated for one period it turns the heading for good: 20,000 deg/s in one row
 - No MEMS gyro has a range beyond 4000 deg/s (ISM330DHCX; most end at 2000): what is above is none.
 - Within the range a sample is a spike if it is 8 times larger than both its neighbours from
   1000 deg/s on, or 50 times from 300 deg/s on. A gyro's own low-pass filter, which ends below half
-  the rate, spreads whatever turns it over two samples at least. Samples of a swing or of a clipped
-  turn have neighbours of their size; a knock rings. At less than 50 Hz a real gesture fits between
-  two samples, so nothing is a spike there.
+  the rate, spreads whatever turns it over two samples at least. Samples of a fast motion or of a
+  clipped turn have neighbours of their size; a knock rings. At less than 50 Hz a real gesture fits
+  between two samples, so nothing is a spike there.
 
 A spike of less than 300 deg/s may be a knock on a sensor at rest, and stays.
 """
@@ -25,7 +25,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record.recording import Recording
 from zerorate.types import Booleans, Floats
 from zerorate.units import UNITS, convert
@@ -106,7 +106,7 @@ def mask_impossible_rates(recording: Recording, gyro: str) -> tuple[Recording, t
     largest = math.degrees(float(np.nanmax(np.abs(convert(log.data[mask], log.unit, "rad/s")))))
     alarm = (
         f"{', '.join(log.names)}: {count} of {log.n} samples are impossible and left out: up to "
-        f"{to_digits(largest, 4)} deg/s, the first at {log.sampled[int(np.argmax(mask))]:.6g} s"
+        f"{shorten(largest, 4)} deg/s, the first at {log.sampled[int(np.argmax(mask))]:.6g} s"
     )
     data = np.where(mask[:, np.newaxis], np.nan, log.data)
     return replace(recording, logs={**recording, gyro: replace(log, data=data)}), (alarm,)

@@ -1,4 +1,4 @@
-"""The preparation of a recording: what contradicts it is said, and mended where that is sure.
+"""The preparation of a recording: contradictions are reported, and certain ones corrected.
 
 Every task begins here, so that all of them take a recording for the same. The steps stand in one
 table, `PREPARATIONS`, with evidence, threshold, default and the option that changes it.
@@ -21,7 +21,7 @@ from zerorate.checks.result import Checks, Finding
 from zerorate.checks.spikes import drop_spikes
 from zerorate.checks.stillness import SteadyRate, detect_steady_rate
 from zerorate.faults import Argument, keyword_argument, make_sentence
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record.fixes import Fixes
 from zerorate.record.recording import Recording
 from zerorate.record.samples import partner_name
@@ -303,7 +303,7 @@ def _restore_clipped(recording: Recording, choices: Choices) -> Step:
 
 def _describe_clipped(axis: ClippedAxis, verb: str = "is") -> str:
     limit = math.degrees(axis.sign * axis.limit)
-    share = f"{to_digits(100.0 * axis.share, 2)} % of the samples"
+    share = f"{shorten(100.0 * axis.share)} % of the samples"
     return f"gyro {axis.axis} {verb} clipped at {limit:.0f} deg/s in {share}"
 
 

@@ -218,7 +218,7 @@ def _unique(title: str, taken: Mapping[str, object]) -> str:
 
 
 def _left_out(result: Characterised, exports: Sequence[str], bounds: bool) -> str:
-    """Return which numbers the log does not determine: after the notes, or a paragraph."""
+    """Return the numbers that the log does not determine: after the notes, or a paragraph."""
     left_out = describe_missing_numbers(result, exports, bounds)
     if not left_out:
         return ""

@@ -95,7 +95,7 @@ class OfArray:
 
 
 def check_alone(options: Mapping[str, Any], **typed: bool) -> None:
-    """Raise a usage fault for what means nothing where one gyro is made of many."""
+    """Raise a usage fault for options without meaning for an array."""
     others = [flag(name) for name in options if name not in ("method", *_LIMITS)]
     others += ["--method"] if options["method"] != "auto" else []
     others += [own_flag(name) for name, given in typed.items() if given]

@@ -81,8 +81,7 @@ def calibrate(
     export: Annotated[
         Sequence[str],
         Option(
-            "Files for other programs: some of kalibr,imu_tk,px4,ardupilot. The JSON is "
-            "always written.",
+            "Files for kalibr,imu_tk,px4,ardupilot (any of them). The JSON is always written.",
             panel=EXPORT_PANEL,
             parse=partial(parse_choices, choices=tuple(EXPORTS)),
         ),
@@ -161,7 +160,7 @@ def _correct(
     format: str | None,
     force: bool,
 ) -> None:
-    """Write a log without what a calibration has found."""
+    """Write a log, corrected by a calibration."""
     known = calibration_of(calibration)
     place = Destination.of(output, f"{log.stem}-zerorate-calibrated", LOG_FORMATS)
     suffix = log_ending(place, format)

@@ -27,7 +27,7 @@ def _parse_attitude(flag: str, text: str) -> list[str]:
 
 @dataclass(frozen=True)
 class _Compared:
-    """Options of what is compared, and against what, named as arguments of `zerorate.compare`."""
+    """Options of the subject of a comparison, named as arguments of `zerorate.compare`."""
 
     simulated: bool = option(False, "Add simulated gyros, whose best filter is known.")
     reference: str | None = option(None, "Column of an encoder's angle or of a true rate.")

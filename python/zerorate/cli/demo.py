@@ -44,7 +44,7 @@ def demo(
 
 
 def _guide(result: Replay, outputs: Outputs) -> str:
-    """Return what was written and what to look at, as a reader of the first run needs it."""
+    """Return a guide to the files that were written, for a reader's first run."""
     assert result.error_at_end is not None
     error = float(np.abs(result.error_at_end).max())
     biases = np.abs([score.mean for score in result.scores if score.method == "raw"])
@@ -54,7 +54,7 @@ def _guide(result: Replay, outputs: Outputs) -> str:
         "end'); 'true error' of the second table is RMS over the log.",
         f"Look at {outputs.figures[0]}: raw samples on top, below the bias of each axis with its "
         "uncertainty and the true bias, dashed.",
-        f"{outputs.log} is the filtered log: raw minus bias, with the bias beside it.",
+        f"{outputs.log} is the filtered log: raw minus bias, and the bias in columns of its own.",
         "Next: zerorate replay LOG does the same with a log of yours.",
     )
     return "\n".join(map(wrap_prose, sentences))

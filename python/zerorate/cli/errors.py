@@ -37,7 +37,7 @@ def sentence(error: BaseException) -> str:
 
 @contextmanager
 def faults() -> Iterator[None]:
-    """Turn what a task raises into faults: of the data, or of what was typed.
+    """Turn errors of a task into faults: of the data, or of the command line.
 
     What contradicts a recording, and may be the cause, is printed before.
     """
@@ -64,7 +64,7 @@ def _log_errors() -> "tuple[type[LogError], ...]":
 
 
 def print_alarms(alarms: Sequence[str]) -> None:
-    """Print what contradicts a recording, and an empty line; nothing if nothing does."""
+    """Print the contradictions in a recording, and an empty line; nothing if there are none."""
     if alarms:
         print("\n".join(map(render_text, alarms)), end="\n\n")
 

@@ -51,7 +51,7 @@ class _Model:
 
 @dataclass(frozen=True)
 class _Before:
-    """Options of what is done to the record first, named as arguments of `zerorate.identify`."""
+    """Options of the preprocessing of a record, named as arguments of `zerorate.identify`."""
 
     panel: ClassVar = "Before the model: what is done to the record"
 

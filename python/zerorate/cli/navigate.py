@@ -135,7 +135,7 @@ class _Run:
 
 @dataclass(frozen=True)
 class _Body:
-    """Options of the vehicle, and of what it carries where."""
+    """Options of the vehicle, and of its sensors' positions."""
 
     panel: ClassVar = "The vehicle"
 

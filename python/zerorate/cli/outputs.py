@@ -55,7 +55,7 @@ def figure_ending(place: Destination, format: str | None, no_figure: bool) -> li
 
 
 def log_ending(place: Destination, format: str | None) -> str:
-    """Return the format of a log, by its suffix; a usage fault without what writes it."""
+    """Return the format of a log, by its suffix; a usage fault without its writer."""
     suffix = place.choose("format", format, LOG_FORMATS)
     if suffix == "parquet":
         require("pyarrow", "io")
@@ -123,7 +123,7 @@ class Part:
         return result
 
     def print_title(self) -> None:
-        """Print what the results that follow are of, where there are several."""
+        """Print the source of the following results, if there are several."""
         if self.record.title:
             print(self.record.title if self.first else f"\n{self.record.title}")
 
@@ -186,7 +186,7 @@ def draw_overlay(results: Any, paths: Sequence[Path], force: bool) -> None:  # n
 
 
 def print_result(result: Any, paths: Sequence[Path], further: str = "") -> None:  # noqa: ANN401
-    """Print alarms, a result and what else is said of it, and which files were written."""
+    """Print alarms, a result and its notes, and the files that were written."""
     print_alarms(result.alarms)
     print(result)
     if further:
@@ -195,7 +195,7 @@ def print_result(result: Any, paths: Sequence[Path], further: str = "") -> None:
 
 
 def print_written(paths: Sequence[Path]) -> None:
-    """Print which files were written, after an empty line."""
+    """Print the files that were written, after an empty line."""
     print()
     for path in paths:
         print(f"wrote {path}")
@@ -223,7 +223,7 @@ def progress_bar() -> Iterator[Progress]:
 
 @contextmanager
 def counting_bar(things: str) -> Iterator[Callable[[int, int], None]]:
-    """Yield a function of how many things are through and how many there are to do."""
+    """Yield a function of the numbers of finished things and of all."""
     if not _has_terminal():
         yield lambda through, all_of_them: None
         return
@@ -255,7 +255,7 @@ def counting_bar(things: str) -> Iterator[Callable[[int, int], None]]:
 
 
 def preload_figure(module: str, svg: bool = False) -> None:
-    """Begin to import what draws a figure, a module of `zerorate.show`, while a log is read.
+    """Begin to import a module of `zerorate.show` for a figure, while a log is read.
 
     If that fails, the later import says so.
     """
@@ -293,7 +293,7 @@ class LogAndFigure:
         return Destination.of(self.output, usual, self.suffixes(*further))
 
     def at(self, place: Destination, others: Sequence[str] = ()) -> Outputs:
-        """Return the files, after checking that what they need is there.
+        """Return the files, after a check of their requirements.
 
         Others than the log and its figure are given by how their names end.
         """
@@ -302,7 +302,7 @@ class LogAndFigure:
         return place.files(f".{log}", others, figures, self.force)
 
     def preload(self, module: str) -> None:
-        """Begin to import what draws the figure, if there is one."""
+        """Begin to import the module of the figure, if there is one."""
         if not self.no_figure:
             preload_figure(module)
 

@@ -117,7 +117,7 @@ class Option:
 
     @property
     def off(self) -> list[str]:
-        """The flags that turn off what is on by default."""
+        """The flags that turn off a default."""
         if self.default is not True:
             return []
         return [f"{_OFF}{one[2:]}" for one in self.on] or self.flags.split()
@@ -216,12 +216,12 @@ class Group(Protocol):
         """Yield the options."""
 
     def value(self, typed: Typed) -> Any:  # noqa: ANN401
-        """Return the object; `typed` holds what was typed, without defaults."""
+        """Return the object; `typed` holds the typed values, without defaults."""
 
 
 @dataclass(frozen=True)
 class Taker:
-    """A command, or a dataclass: what takes options as keywords.
+    """A command, or a dataclass, that takes options as keywords.
 
     Those that name no panel of help stand in the class's `panel`.
     """
@@ -290,7 +290,7 @@ class Hint:
 
 
 def parse(options: Sequence[Option], words: Sequence[str], hint: Hint) -> dict[str, Any]:
-    """Return the values of what was typed, by name; a usage fault if something is wrong with it."""
+    """Return the typed values, by name; a usage fault if one is wrong."""
     texts, rest = _texts(options, words, hint)
     for one in options:
         if isinstance(one, Argument) and rest:

@@ -46,7 +46,7 @@ def _parse_methods(flag: str, text: str) -> Sequence[str]:
 
 @dataclass(frozen=True)
 class _Sensors:
-    """Options of what is done to the sensors before the filters, and of the accelerometer."""
+    """Options of the sensors' treatment before the filters, and of the accelerometer."""
 
     panel: ClassVar = PANEL
 
@@ -160,7 +160,7 @@ def _run(part: Part, arguments: Mapping[str, Any], panels: str) -> Summary:
 
 
 def _replay_arrays(parts: Sequence[Part], arguments: Mapping[str, Any]) -> None:
-    """Replay each record as an array, write its files, and print what is to be said of it."""
+    """Replay each record as an array, write its files, and print its result."""
     for part in parts:
         with progress_bar() as progress:
             result = replay_array(part.record.source, progress=progress, **arguments)
@@ -170,7 +170,7 @@ def _replay_arrays(parts: Sequence[Part], arguments: Mapping[str, Any]) -> None:
 
 
 def _print_unused(method: str, options: Mapping[str, Any]) -> None:
-    """Print which options the method itself does not use, if there are any."""
+    """Print the options that the method itself does not use, if there are any."""
     used = select_options(method, options)
     others = [flag(name) for name in options if name not in used and name != "method"]
     if others:

@@ -2,13 +2,15 @@
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
-from zerorate.cli.errors import UsageFault
+from zerorate.cli.errors import DataFault, UsageFault
 from zerorate.cli.options import Force, LogArgument, Output
 from zerorate.cli.outputs import parts_of, print_written
 from zerorate.cli.parameters import Argument, Option
 from zerorate.cli.reading import Reading, ReadingOptions
+from zerorate.faults import render_text
+from zerorate.findings.finding import count_noun
 from zerorate.tasks.report import report as report_on
 from zerorate.tasks.saving import Destination
 from zerorate.tasks.source import unique_stems
@@ -32,6 +34,10 @@ def report(
         ),
     ] = None,
     reading: Annotated[Reading, ReadingOptions()],
+    fail_on: Annotated[
+        Literal["act", "look", "none"],
+        Option("Exit with 1 if a finding is this severe, or worse; one line for each."),
+    ] = "none",
     output: Output = ".",
     force: Force = False,
 ) -> None:
@@ -46,8 +52,13 @@ def report(
     name = log.stem if after is None else "-".join(unique_stems([str(log), str(after)]))
     place = Destination.of(output, name + _ENDING, ("html", "json"))
     files = partial(Destination.files, first=".html", others=[".json"], figures=(), force=force)
+    failing: list[str] = []
     for part in parts_of([(log, place)], reading, files, after, gnss):
         task = partial(report_on, after=after, fixes=gnss, **reading.arguments)
         result, paths = part.run(task)
         print(result)
         print_written(paths)
+        failing += [f"{one.severity}: {one.text}" for one in result.findings_from(fail_on)]
+    if failing:
+        print("\n".join(["", *map(render_text, failing)]))
+        raise DataFault(f"{count_noun(len(failing), 'finding')} of --fail-on {fail_on}")

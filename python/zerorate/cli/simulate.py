@@ -105,9 +105,7 @@ def simulate(
             parse=partial(_parse_numbers, example="12,-9,20"),
         ),
     ] = None,
-    list_: Annotated[
-        bool, Option("Print the gyros that can be simulated, with their noise, and end.")
-    ] = False,
+    list_: Annotated[bool, Option("Print the gyros that can be simulated, and end.")] = False,
     force: Force = False,
 ) -> None:
     """Write a simulated log: of a motion, of a gyro at rest, or of an IMU to calibrate.

@@ -50,7 +50,7 @@ class Origin:
         return PACKETS[self.form]
 
     def check(self, source: Path | None, fields: int | None) -> None:
-        """Raise a usage fault where two sources are given, or what a form says already."""
+        """Raise a usage fault for two sources, or for options that a form already states."""
         if sum(one is not None for one in (source, self.udp, self.address)) > 1:
             raise UsageFault("give one of a source, --from and --udp")
         if self.form is not None and fields is not None:

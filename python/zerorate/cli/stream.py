@@ -256,7 +256,7 @@ def stream(
 
 
 def _with_stated(reading: Reading, source: Path | None, origin: Origin) -> Reading:
-    """Return what is read, with rate and unit of a first line that states them."""
+    """Return the reading options, with rate and unit of a first line that states them."""
     if reading.arguments["rate"] is not None or not origin.has_lines():
         return reading
     stated = stated_in_header(origin.first_line(source))

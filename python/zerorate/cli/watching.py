@@ -1,4 +1,4 @@
-"""Those who watch ``zerorate stream`` while it runs: the options, and what draws."""
+"""Observers of ``zerorate stream`` while it runs: their options, and their drawing."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -36,7 +36,7 @@ class Watched:
 
     @contextmanager
     def watcher(self) -> Iterator[Watcher | None]:
-        """Open what draws; give what looks at the stream for it, None if nobody watches."""
+        """Open the display; yield a function that feeds it views, None without one."""
         puts: list[Callable[[View], None]] = []
         with ExitStack() as opened:
             if self.serve is not None:
@@ -49,7 +49,7 @@ class Watched:
 
     @property
     def hides_answers(self) -> bool:
-        """True if answers would be printed over what is drawn."""
+        """True if answers would be printed over the display."""
         return self.show and sys.stdout is not None and sys.stdout.isatty()
 
 

@@ -18,7 +18,7 @@ from zerorate.findings.finding import Finding, Spans, count_noun
 from zerorate.findings.imus import BLOCK_S, Imu, Sensor, start_time
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.rests import rest_mean, rest_spans
-from zerorate.numerals import format_with_error, to_digits
+from zerorate.numerals import format_with_error, shorten
 from zerorate.record.log import Log
 from zerorate.record.recording import Recording
 from zerorate.record.runs import runs
@@ -44,7 +44,7 @@ _SIGNIFICANCE_SIGMAS: Final = 3.0
 
 
 class Course(NamedTuple):
-    """Up in the axes of the sensor at some times since the beginning, and how well it is known.
+    """Up in the axes of the sensor at some times since the beginning, with its sigma.
 
     Shapes (m,), (m, 3), (m,), (m,) in rad, and (m,): True for a rest that may be a rate table.
     """
@@ -140,7 +140,7 @@ def _check_arrivals(imu: Imu, accel: Sensor, course: Course) -> Iterator[Finding
         f"{imu.name}: by gyro and accelerometer the inclination is "
         f"{_format_median(middle, sigma)} deg from "
         f"gravity as a rest begins (median of {count_noun(len(off), 'rest')}, "
-        f"{to_digits(off[worst], 2)} at most).",
+        f"{shorten(off[worst])} at most).",
         middle, "deg", sigma, rest_spans([later[worst]]), accel.figure,
         "Rest before the motion too, so that the gyro's bias is known, and calibrate its scale.",
     )  # fmt: skip
@@ -154,7 +154,7 @@ def _median_sigma(values: Floats) -> float | None:
 
 
 def _format_median(value: float, sigma: float | None) -> str:
-    return to_digits(value, 2) if not sigma else format_with_error(value, sigma)
+    return shorten(value) if not sigma else format_with_error(value, sigma)
 
 
 def _check_trust(gyro: Sensor, course: Course) -> Iterator[Finding]:
@@ -165,13 +165,11 @@ def _check_trust(gyro: Sensor, course: Course) -> Iterator[Finding]:
     share = 100.0 * float(doubt.sum() / settled.sum())
     heading = math.degrees(float(course.heading_sigma[-1]))
     middle = math.degrees(float(np.median(course.tilt_sigma[settled])))
-    doubt_text = (
-        "" if not doubt.any() else f", worse than 5 deg for {to_digits(share, 2)} % of the time"
-    )
-    heading_text = f"known to {to_digits(heading, 2)} deg" if heading < 90.0 else "not known"
+    doubt_text = "" if not doubt.any() else f", worse than 5 deg for {shorten(share)} % of the time"
+    heading_text = f"known to {shorten(heading)} deg" if heading < 90.0 else "not known"
     yield Finding(
         SECTION, "trust", LIMITS["trust"].severity(share),
-        f"Gyro and accelerometer give the inclination to {to_digits(middle, 2)} deg (median of its "
+        f"Gyro and accelerometer give the inclination to {shorten(middle)} deg (median of its "
         f"standard deviation){doubt_text}; the heading against the start is {heading_text} at the "
         "end.",
         share, "%", None, _spans_where(course.times, doubt), gyro.figure,
@@ -287,8 +285,8 @@ def _compare_verticals(
     yield Finding(
         SECTION, "attitudes apart", limit.severity(worst),
         f"{name[0].upper()}{name[1:]} and that of {gyro.label} and its accelerometer have their "
-        f"verticals {to_digits(worst, 2)} deg apart (95 % of where the latter is trusted; median "
-        f"{to_digits(np.median(off[known]), 2)}).",
+        f"verticals {shorten(worst)} deg apart (95 % of where the latter is trusted; median "
+        f"{shorten(np.median(off[known]))}).",
         worst, "deg", None, _spans_where(course.times, off >= limit.look), gyro.figure,
         "Compare both with a level surface at rest.",
     )  # fmt: skip

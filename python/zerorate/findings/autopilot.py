@@ -11,7 +11,7 @@ import numpy as np
 from zerorate.findings.finding import Finding, Spans
 from zerorate.findings.imus import start_time
 from zerorate.findings.limits import LIMITS
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record.log import LogError
 from zerorate.record.recording import Recording
 from zerorate.record.runs import runs
@@ -104,13 +104,11 @@ def _check_level(name: str, kind: str, values: Floats, times: Floats) -> Iterato
     severity = limit.severity(level)
     bound = limit.act if severity == "act" else limit.look
     over = values >= bound
-    text = f"{name}: {limit.what}, is {to_digits(level)} {limit.unit}"
+    text = f"{name}: {limit.what}, is {shorten(level, 3)} {limit.unit}"
     if over.any():
         share = 100.0 * float(over.mean())
         first = float(times[over][0])
-        text += (
-            f"; {bound:g} and more in {to_digits(share, 2)} % of its rows, first at {first:.1f} s"
-        )
+        text += f"; {bound:g} and more in {shorten(share)} % of its rows, first at {first:.1f} s"
     yield Finding(
         SECTION, kind, severity, f"{text}.", level, limit.unit, None, _spans_where(times, over), "",
         "Log raw samples of a hover and compare their spectra before and after a change.",

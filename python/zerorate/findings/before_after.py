@@ -1,4 +1,4 @@
-"""Two reports side by side: what is new, gone, worse, better or otherwise, before and after."""
+"""Two reports side by side: new, gone, worse, better or other findings, before and after."""
 
 from __future__ import annotations
 
@@ -124,6 +124,10 @@ class BeforeAfter(Result):
         """Assumptions made to read either log, a sentence each."""
         return tuple(dict.fromkeys((*self.before.notes, *self.after.notes)))
 
+    def findings_from(self, level: str) -> tuple[Finding, ...]:
+        """Return the findings of the later log of a severity or a worse one, the worst first."""
+        return self.after.findings_from(level)
+
     @cached_property
     def changes(self) -> tuple[Change, ...]:
         """Findings in either log, new or worse ones first."""
@@ -132,7 +136,7 @@ class BeforeAfter(Result):
 
     @property
     def summary(self) -> str:
-        """One line: how many findings became what."""
+        """One line: the numbers of findings by verdict."""
         counts = Counter(change.verdict for change in self.changes)
         plural_verdicts = {"differs": "differ"}
         counts_text = [

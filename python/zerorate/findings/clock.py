@@ -1,4 +1,4 @@
-"""The clock of a log: rate, jitter, late and repeated stamps, gaps and what they cost."""
+"""The clock of a log: rate, jitter, late and repeated stamps, gaps and their cost."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.findings.finding import Finding, Spans, count_noun
+from zerorate.findings.finding import RANKS, Finding, Spans, count_noun
 from zerorate.findings.imus import Imu, Sensor
 from zerorate.findings.limits import LIMITS, Severity
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record.clock import ClockReport
 from zerorate.record.runs import runs
 from zerorate.types import Booleans, Floats, Integers
@@ -66,8 +66,7 @@ def _check_rate(sensor: Sensor, report: object) -> Iterator[Finding]:
     late = 100.0 * report.late_count / sensor.log.n
     if report.late_count >= _MIN_LATE_STAMPS and LIMITS["late stamps"].severity(late) != "good":
         text = (
-            f"{sensor.label}: {report.late_count} stamps ({to_digits(late, 2)} %) come "
-            f"more than half "
+            f"{sensor.label}: {report.late_count} stamps ({shorten(late)} %) come more than half "
             "a period "
             "late, with no sample lost."
         )
@@ -86,10 +85,13 @@ def _make_finding(
     )  # fmt: skip
 
 
+_FEWER_TOPICS: Final = (
+    "Log to a faster medium or log fewer other topics; then compare the lost share."
+)
 _ADVICE: Final = {
     "no stamps": "Log the time of each sample, by the sensor's clock or the host's.",
-    "gaps": "Log to a faster medium or log less beside; then compare the lost share.",
-    "break": "Look whether logging was stopped on purpose; the parts are judged together here.",
+    "gaps": "Log to a faster medium or log fewer other topics; then compare the lost share.",
+    "break": "Check if logging was stopped on purpose; the parts are treated together here.",
 }
 
 
@@ -126,24 +128,23 @@ def _check_gaps(
     share = 100.0 * float(lengths.sum()) / sensor.log.n
     longest = 1e3 * float(lengths.max()) / sensor.log.rate
     text_start = (
-        f"{sensor.label}: {to_digits(share, 2)} % of samples are lost in "
+        f"{sensor.label}: {shorten(share)} % of samples are lost in "
         f"{count_noun(firsts.size, 'gap')}, the longest lost {longest:.4g} ms"
     )
     spans = sensor.spans(np.flatnonzero(lost), 0.0)
+    lost_severity = LIMITS["lost samples"].severity(share)
     if sensor.factor is None or not sensor.name.startswith("gyro"):
-        yield Finding(
-            SECTION, "gaps", "good", f"{text_start}.", share, "%", None, spans, sensor.figure
-        )
+        yield _make_finding(sensor, "lost samples", lost_severity, f"{text_start}.", share, spans)
         return
     cost = math.degrees(sensor.factor * _gap_angle_error(sensor, firsts, lengths))
-    text = (
-        f"{text_start}; a straight line over them is wrong by about {to_digits(cost, 2)} "
-        f"deg in all."
-    )
+    text = f"{text_start}; a straight line over them is wrong by about {shorten(cost)} deg in all."
     severity = LIMITS["gaps"].severity(cost)
     # So slow a log shows a part of the sensor's samples: what it lost says little of the sensor.
     severity = "look" if severity == "act" and sensor.log.rate < _SLOW_RATE_HZ else severity
-    yield _make_finding(sensor, "gaps", severity, text, cost, spans)
+    if RANKS[lost_severity] < RANKS[severity]:
+        yield _make_finding(sensor, "lost samples", lost_severity, text, share, spans)
+    else:
+        yield _make_finding(sensor, "gaps", severity, text, cost, spans)
 
 
 def _gap_angle_error(sensor: Sensor, firsts: Integers, lengths: Integers) -> float:

@@ -13,7 +13,7 @@ _SLOW_RATE_HZ = 50.0
 
 
 def contents_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield what there is, what was assumed to read it, and what is too slow."""
+    """Yield findings on the contents, on assumptions made to read them, and on low rates."""
     labels = sensor_labels(recording)
     for name, log in recording.items():
         samples = f"{log.n} samples at {log.rate:.6g} Hz"
@@ -39,7 +39,7 @@ def _check_imu(imu: Imu, is_first: bool) -> Iterator[Finding]:
         if sensor.factor is None:
             yield Finding(
                 SECTION, "unit", "look",
-                f"{sensor.label}: its unit is not known, so no number of it is judged.",
+                f"{sensor.label}: its unit is not known, so none of its values is checked.",
                 figure=sensor.figure, advice="Give the unit with unit= or --unit.",
             )  # fmt: skip
     slow_sensors = [sensor for sensor in imu.sensors if sensor.log.rate < _SLOW_RATE_HZ]

@@ -1,4 +1,4 @@
-"""A finding: what is seen of one kind, how bad, how well known, when, and what to do."""
+"""A finding: an observation of one kind, its severity, error, time, and advice."""
 
 from __future__ import annotations
 

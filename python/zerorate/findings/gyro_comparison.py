@@ -156,7 +156,7 @@ def _select_cells(first: Sensor, mine: _GyroIntegral, its: _GyroIntegral) -> _Ce
 
 
 def _mean_rates_at_delay(cells: _Cells, its: _GyroIntegral, delay: float) -> tuple[Floats, Floats]:
-    """Return mean rates of the second, later by a delay, and how they change with it."""
+    """Return mean rates of the second, later by a delay, and their derivatives by it."""
     (below, slow), (above, fast) = its.at(cells.low + delay), its.at(cells.high + delay)
     length = (cells.high - cells.low)[:, np.newaxis]
     return (above - below) / length, (fast - slow) / length

@@ -55,7 +55,7 @@ class StaticInterval:
 
 @dataclass(frozen=True, eq=False)
 class Sensor:
-    """A log of three axes, what makes SI of its numbers, and what it is called."""
+    """A log of three axes, its factor into SI, and its name."""
 
     name: str
     label: str

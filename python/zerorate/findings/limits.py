@@ -82,6 +82,10 @@ LIMITS: Final[Mapping[str, Limit]] = {
         "error of angle where lost samples are bridged", "deg", 1.0,
         "own: 1 deg of heading is 1.7 m in 100 m",
     ),
+    "lost samples": Limit(
+        "share of samples lost in gaps", "%", 1.0, 5.0,
+        "own: 1 % is a second lost in 100 s; 5 % is a twentieth of the motion",
+    ),
     "missing samples": Limit(
         "share of samples without a number", "%", 0.1, 10.0,
         "own: 0.1 % is six samples of a minute at 100 Hz; 10 % is a tenth of the motion",
@@ -175,7 +179,7 @@ LIMITS: Final[Mapping[str, Limit]] = {
         "own: at 5 m/s 0.2 s is a metre, 1 s five",
     ),
     "innovations": Limit(
-        "innovations over the deviations that fixes tell", "", 2.0, math.inf,
+        "innovations over the standard deviations that fixes state", "", 2.0, math.inf,
         "own: fixes are off by twice what they state",
     ),
     "heading error": _limit_from_act(

@@ -1,4 +1,4 @@
-"""The magnetometer's disturbance: what the gyro says of its iron, and when no iron explains it."""
+"""The magnetometer's disturbance: its iron by the gyro, and spans that no iron explains."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from zerorate.calibration.magnetometer import MagnetometerCalibration
 from zerorate.findings.finding import Finding
 from zerorate.findings.imus import BLOCK_S, Imu, Sensor, cut_log
 from zerorate.findings.limits import LIMITS
-from zerorate.numerals import format_with_error, to_digits
+from zerorate.numerals import format_with_error, shorten
 from zerorate.record.log import LogError
 from zerorate.record.recording import Recording
 
@@ -73,7 +73,7 @@ def _check_iron(calibration: MagnetometerCalibration, gyro: Sensor) -> Iterator[
             SECTION, "field", "good",
             "The field that the magnetometer shows is "
             f"{format_with_error(field.value, field.sigma)} "
-            f"{calibration.unit}, {to_digits(abs(dip))} deg {'below' if dip > 0 else 'above'} the "
+            f"{calibration.unit}, {shorten(abs(dip), 3)} deg {'below' if dip > 0 else 'above'} the "
             "level.",
             field.value, calibration.unit, field.sigma, figure=gyro.figure,
         )  # fmt: skip
@@ -90,9 +90,9 @@ def _check_iron(calibration: MagnetometerCalibration, gyro: Sensor) -> Iterator[
     size = math.hypot(*calibration.groups[group].hard_iron)
     yield Finding(
         SECTION, "heading error", LIMITS["heading error"].severity(worst),
-        f"A hard iron of {to_digits(size)} {calibration.unit} turns the heading of a level sensor "
+        f"A hard iron of {shorten(size, 3)} {calibration.unit} turns the heading of a level sensor "
         "by up to "
-        f"{to_digits(worst, 2)} deg, where no one takes it off.",
+        f"{shorten(worst)} deg, where no one takes it off.",
         worst, "deg", None, _spans_where(calibration, gyro, lambda span: span.group == group),
         gyro.figure,
         "Calibrate the magnetometer where it is mounted: "
@@ -118,8 +118,7 @@ def _check_disturbance(calibration: MagnetometerCalibration, gyro: Sensor) -> It
         share = 100.0 * calibration.disturbed
         yield Finding(
             SECTION, "disturbed", LIMITS["disturbed"].severity(share),
-            f"No hard iron explains the magnetometer's field in {to_digits(share, 2)} % "
-            f"of the log.",
+            f"No hard iron explains the magnetometer's field in {shorten(share)} % of the log.",
             share, "%", None,
             _spans_where(calibration, gyro, lambda span: span.kind == "disturbed"),
             gyro.figure, "Leave these spans out of any heading.",

@@ -163,7 +163,7 @@ def find_outlier_imu(
 
 
 def _is_outlier(own_differences: Sequence[Finding], remaining: Finding) -> bool:
-    """Whether all differences from one are three times the others' median, beyond errors."""
+    """Return True if all differences from one are three times the others' median, beyond errors."""
     near = min(own_differences, key=lambda one: one.value or 0.0)
     mine, its = near.value or 0.0, remaining.value or 0.0
     sigma = math.hypot(near.sigma or 0.0, remaining.sigma or 0.0)

@@ -1,4 +1,4 @@
-"""The receiver: what it and the sensors say of each other, its clock, its own deviations."""
+"""The receiver: checks against the sensors, its clock, its own deviations."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from zerorate.findings.imus import Imu, Sensor, cut_log
 from zerorate.findings.limits import LIMITS, Severity
 from zerorate.navigation.begin import Beginning, Vehicle, find_beginning
 from zerorate.navigation.selfcheck import NavigationChecks, NavigationFinding
-from zerorate.numerals import format_with_error, to_digits
+from zerorate.numerals import format_with_error, shorten
 from zerorate.record.fixes import Fixes
 from zerorate.record.log import LogError
 from zerorate.record.offset import TimeOffset
@@ -61,7 +61,7 @@ def receiver_findings(
     step = float(np.median(np.diff(fixes.time)))
     yield Finding(
         SECTION, "fixes", "good",
-        f"{len(fixes)} fixes, one in {to_digits(step)} s, "
+        f"{len(fixes)} fixes, one in {shorten(step, 3)} s, "
         f"{'with' if fixes.velocity is not None else 'without'} velocities.",
         float(len(fixes)), figure=gyro.figure,
     )  # fmt: skip
@@ -180,7 +180,7 @@ def _early_or_late(seconds: float) -> str:
 
 
 def _check_innovations(start: Beginning, fixes: Fixes, gyro: Sensor) -> Iterator[Finding]:
-    """Yield by how much innovations are larger than the receiver's deviations let expect."""
+    """Yield the ratio of innovations to the receiver's standard deviations."""
     nav = start.filter(adapt="fixed")
     offset = start.time_offset
     track = nav.process(start.recording, fixes, time_offset=offset, keep="track")

@@ -149,6 +149,15 @@ class Report(Result):
         """Return the number of findings of a severity: ``"good"``, ``"look"`` or ``"act"``."""
         return sum(finding.severity == severity for finding in self.findings)
 
+    def findings_from(self, level: str) -> tuple[Finding, ...]:
+        """Return the findings of a severity or a worse one, the worst first.
+
+        `level`: ``"act"``, ``"look"``, or ``"none"`` for no finding.
+        """
+        if level == "none":
+            return ()
+        return tuple(one for one in self.urgent_findings if RANKS[one.severity] <= RANKS[level])
+
     @property
     def urgent_findings(self) -> tuple[Finding, ...]:
         """Those to act on, then those to look at."""
@@ -157,7 +166,7 @@ class Report(Result):
 
     @property
     def empty(self) -> tuple[str, ...]:
-        """Sections of which the log shows nothing, and what is not looked at."""
+        """Sections without findings in the log, and omitted checks."""
         return tuple(name for name in SECTIONS if all(name != f.section for f in self.findings))
 
     @property

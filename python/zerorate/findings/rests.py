@@ -1,4 +1,4 @@
-"""Rests of an IMU: when, the gyro's bias and how it moves, gravity, and noise."""
+"""Rests of an IMU: their times, the gyro's bias and its change, gravity, and noise."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from zerorate.findings.finding import Finding, Spans, count_noun
 from zerorate.findings.imus import BLOCK_S, GRAVITY_M_S2, Imu, Sensor, StaticInterval
 from zerorate.findings.limits import LIMITS
-from zerorate.numerals import format_with_error, to_digits
+from zerorate.numerals import format_with_error, shorten
 from zerorate.types import Floats
 
 SECTION: Final = "Rest and bias"
@@ -39,7 +39,7 @@ def rest_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
             continue
         seconds = sum(rest.seconds for rest in imu.rests)
         text = (
-            f"{imu.name} rests for {to_digits(seconds, 4)} s in all, "
+            f"{imu.name} rests for {shorten(seconds, 4)} s in all, "
             f"in {count_noun(len(imu.rests), 'rest')}."
         )
         yield Finding(
@@ -97,7 +97,7 @@ def _check_bias(imu: Imu) -> Iterator[Finding]:
     at, axis = np.unravel_index(np.argmax(np.abs(values)), values.shape)
     worst, sigma = float(abs(values[at, axis])), float(sigmas[at, axis])
     severity = LIMITS["gyro bias"].severity(worst, sigma)
-    consequence = f"{to_digits(60.0 * worst)} deg in a minute if it stays"
+    consequence = f"{shorten(60.0 * worst, 3)} deg in a minute if it stays"
     if severity != "good" and _may_turn(imu, usable[at], values, int(at)):
         severity, consequence = "look", "a bias, or an even turn about the vertical"
     yield Finding(
@@ -163,7 +163,7 @@ def _check_gravity(imu: Imu) -> Iterator[Finding]:
     sigma = float(np.linalg.norm(sigmas * mean) / norms[at])
     error = float(abs(norms[at] - GRAVITY_M_S2))
     norm_range = (
-        f"{to_digits(norms.min(), 4)} to {to_digits(norms.max(), 4)} m/s² "
+        f"{shorten(norms.min(), 4)} to {shorten(norms.max(), 4)} m/s² "
         f"over {count_noun(len(norms), 'rest')}"
     )
     yield Finding(
@@ -204,7 +204,7 @@ def _check_noise(sensor: Sensor, rest: StaticInterval) -> Iterator[Finding]:
         f"{sensor.label}: {format_with_error(value, sigma)} {kind.unit} about "
         f"{'xyz'[axis]}, the noisiest "
         "axis, one-sided as in data sheets. As N of an Allan deviation: "
-        f"{to_digits(value / _ONE_SIDED_FACTOR, 2)}.",
+        f"{shorten(value / _ONE_SIDED_FACTOR)}.",
         value, kind.unit, sigma, rest_spans([rest]), sensor.figure,
         "For bias instability and random walk record an hour at rest: `zerorate allan`.",
     )  # fmt: skip

@@ -13,7 +13,7 @@ from zerorate.findings.finding import RANKS, Finding, as_sentence
 from zerorate.findings.imus import BLOCK_S, Imu, Sensor
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.saturation import Saturation, find_saturation
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record.clock import ClockReport
 from zerorate.record.runs import runs, runs_of_rows
 from zerorate.types import Booleans, Floats, Integers
@@ -64,8 +64,7 @@ def _check_missing(sensor: Sensor) -> Iterator[Finding]:
     spans = sensor.spans(rows, 0.5)
     yield Finding(
         SECTION, "missing samples", severity,
-        f"{sensor.label}: {to_digits(share, 2)} % of samples have no number, "
-        f"{_longest_run(rows)} in "
+        f"{sensor.label}: {shorten(share)} % of samples have no number, {_longest_run(rows)} in "
         "a row at most, "
         f"from {spans[0][0]:.1f} to {spans[-1][1]:.1f} s.",
         share, "%", None, spans, sensor.figure,
@@ -138,8 +137,7 @@ def _describe_hard_limit(sensor: Sensor, saturations: Mapping[str, Saturation]) 
     spans = sensor.spans(rows, 0.5)
     return Finding(
         SECTION, "at its limit", severity,
-        f"{sensor.label} was at its limit for {to_digits(share, 2)} % of samples, "
-        f"{to_digits(longest, 2)} s "
+        f"{sensor.label} was at its limit for {shorten(share)} % of samples, {shorten(longest)} s "
         "on end at most "
         f"({_list_limits(sensor, saturations)}), from {spans[0][0]:.1f} to {spans[-1][1]:.1f} s.",
         share, "%", None, spans, sensor.figure,
@@ -153,7 +151,7 @@ def _describe_soft_limit(sensor: Sensor, saturations: Mapping[str, Saturation]) 
     return Finding(
         SECTION, "soft limit", LIMITS["soft limit"].severity(share),
         f"{sensor.label} bends just below its largest value where it comes near it "
-        f"({_list_limits(sensor, saturations)}): {to_digits(share, 2)} % of samples, from "
+        f"({_list_limits(sensor, saturations)}): {shorten(share)} % of samples, from "
         f"{spans[0][0]:.1f} to "
         f"{spans[-1][1]:.1f} s.",
         share, "%", None, spans, sensor.figure,
@@ -257,7 +255,7 @@ def _check_spikes(sensor: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
         return
     yield Finding(
         SECTION, "spikes", severity,
-        f"{sensor.label}: {rows.size} single samples ({to_digits(share, 2)} %) lie far from both "
+        f"{sensor.label}: {rows.size} single samples ({shorten(share)} %) lie far from both "
         "neighbours.",
         float(rows.size), "", None, sensor.spans(rows), sensor.figure,
         "Remove them with `zerorate.denoise`, or a median of three, before any filter.",
@@ -322,7 +320,7 @@ def _check_resolution(imu: Imu, sensor: Sensor, steps: Sequence[float]) -> Itera
     yield Finding(
         SECTION, "coarse step", "look",
         f"{sensor.label}: numbers go in steps of {steps[axis]:.3g} {sensor.log.unit}, "
-        f"{to_digits(worst, 2)} times "
+        f"{shorten(worst)} times "
         "their scatter at rest.",
         worst, "", None, _spans(imu), sensor.figure,
         "Log more digits, or set a smaller range.",

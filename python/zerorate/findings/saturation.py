@@ -46,7 +46,7 @@ class Saturation(NamedTuple):
 
 
 class _Plateaus(NamedTuple):
-    """First and last rows of runs, and how far the samples before and after lie beneath."""
+    """First and last rows of runs, and the distances of the samples before and after below them."""
 
     first: Integers
     last: Integers

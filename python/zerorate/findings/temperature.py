@@ -13,7 +13,7 @@ from zerorate.findings.finding import Finding
 from zerorate.findings.imus import BLOCK_S, Imu
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.rests import SECTION, rest_spans
-from zerorate.numerals import format_with_error, to_digits
+from zerorate.numerals import format_with_error, shorten
 from zerorate.record.log import Log
 from zerorate.record.recording import Recording
 from zerorate.types import Floats
@@ -45,7 +45,7 @@ def _check_imu(imu: Imu, thermometer: Log) -> Finding:
     seconds = BLOCK_S * np.count_nonzero(imu.still)
     if seconds < _MIN_REST_S:
         return _describe_unidentifiable(
-            imu, f"it rests for {to_digits(seconds, 4)} s in all, and {_MIN_REST_S:g} s are needed"
+            imu, f"it rests for {shorten(seconds, 4)} s in all, and {_MIN_REST_S:g} s are needed"
         )
     temperature = _temperature_at_blocks(thermometer, gyro.start, len(imu.still))
     if temperature is None:
@@ -91,11 +91,11 @@ def _temperature_at_blocks(thermometer: Log, start: float, count: int) -> Floats
 def _explain_missing_slope(model: TemperatureModel) -> str:
     """Return the reason why no slope is identifiable."""
     if model.span < 1.0:
-        return f"temperature moved by {to_digits(model.span, 2)} K only"
+        return f"temperature moved by {shorten(model.span)} K only"
     bound = max(slope.upper_bound for slope in model.slopes)
     if not math.isfinite(bound):
         return "the rests are too few"
-    return f"over {model.span:.3g} K no slope stands out, of {to_digits(bound, 2)} deg/s/K or less"
+    return f"over {model.span:.3g} K no slope stands out, of {shorten(bound)} deg/s/K or less"
 
 
 def _describe_unidentifiable(imu: Imu, why: str) -> Finding:

@@ -11,7 +11,7 @@ from zerorate.findings.aliasing import AliasedHarmonic, find_aliased_harmonic
 from zerorate.findings.finding import Finding
 from zerorate.findings.imus import BLOCK_S, Imu, Sensor
 from zerorate.findings.limits import LIMITS
-from zerorate.numerals import format_with_error, to_digits
+from zerorate.numerals import format_with_error, shorten
 from zerorate.types import Booleans, Floats
 
 SECTION: Final = "Vibration in motion"
@@ -51,7 +51,7 @@ def _check_level(imu: Imu, sensor: Sensor) -> Iterator[Finding]:
     spans = tuple((BLOCK_S * b, BLOCK_S * (b + 1)) for b in first.tolist()[:50])
     parts = _select_windows(sensor, moving)
     peak = _find_peak(parts, sensor.log.rate)
-    peak_text = "" if peak is None else f", most of it at {to_digits(peak)} Hz"
+    peak_text = "" if peak is None else f", most of it at {shorten(peak, 3)} Hz"
     yield Finding(
         SECTION, "vibration", kind.severity(level),
         f"{sensor.label}: vibration of {level:.3g} m/s² (95 % of motion) in the "
@@ -79,18 +79,18 @@ def _describe_aliased(sensor: Sensor, harmonic: AliasedHarmonic) -> Finding:
         f"{format_with_error(size, sigma)} m/s² moves as "
         f"{harmonic.order} times the one at {_format_band(harmonic.peak)} Hz does where "
         "sampling folds it at "
-        f"{to_digits(rate, 4)} Hz.",
+        f"{shorten(rate, 4)} Hz.",
         size, "m/s²", sigma, (), sensor.figure,
         "Log at a higher rate, or filter below half of this one before it is sampled.",
     )  # fmt: skip
 
 
 def _format_band(edges: tuple[float, float]) -> str:
-    return f"{to_digits(edges[0])} to {to_digits(edges[1])}"
+    return f"{shorten(edges[0], 3)} to {shorten(edges[1], 3)}"
 
 
 def _vibration_rms(sensor: Sensor, count: int) -> Floats:
-    """Return the root mean square of what is faster than 5 Hz, all axes, block by block.
+    """Return the root mean square above 5 Hz, all axes, block by block.
 
     ArduPilot's: the force less its low-pass of 5 Hz, squared, low-passed at 2 Hz, the root.
     """

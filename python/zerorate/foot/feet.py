@@ -1,4 +1,4 @@
-"""Two feet of one person: both tracks in one frame, held together; what differs between them."""
+"""Two feet of one person: both tracks in one frame, with a bound; their differences."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy.typing as npt
 from zerorate.faults import ArgumentError
 from zerorate.foot.foot import FootTrack
 from zerorate.geometry.rotations import from_rotation_vectors, product
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.views import Result
 
 if TYPE_CHECKING:
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 _ALIGNMENT_M: Final = 20.0
 """Metres of the way by which the frames of both feet are laid over each other."""
 _PRIOR_SIGMAS: Final = (0.5, 0.1)
-"""Deviations of where the other foot is after that, m, and of its heading, rad."""
+"""Standard deviations of where the other foot is after that, m, and of its heading, rad."""
 _BOUND_SIGMA_M: Final = 0.1
-"""Deviation of the bound, m."""
+"""Standard deviation of the bound, m."""
 _STEP_SIGMAS: Final = (0.005, 0.005)
 """Standard deviation of each step without that of its heading: m, and as a part of it."""
 _MIN_HEADING_SIGMA_RAD: Final = 1e-4
@@ -103,9 +103,9 @@ class Feet(Result):
     bound_count: int
 
     def __repr__(self) -> str:
-        """Return both ways, and how often the bound was met."""
+        """Return both distances, and the number of times at the bound."""
         return (
-            f"Feet({to_digits(self.left.distance, 4)} m left, {to_digits(self.right.distance, 4)} "
+            f"Feet({shorten(self.left.distance, 4)} m left, {shorten(self.right.distance, 4)} "
             "m right, "
             f"{self.bound_count} times at the bound of {self.distance:g} m)"
         )
@@ -188,7 +188,7 @@ def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Fe
         raise ArgumentError(
             "right",
             f"must have {_MIN_COMMON_S:g} s and four stances in common with left on one clock, got "
-            f"{to_digits(max(last - first, 0.0))} s with {len(marks[0])} and {len(marks[1])}",
+            f"{shorten(max(last - first, 0.0), 3)} s with {len(marks[0])} and {len(marks[1])}",
         )
     times = np.unique(np.concatenate([[first], *marks, [last]]))
     positions = np.array([foot.position_at(times) for foot in feet])
@@ -296,7 +296,7 @@ def _align_tracks(left: np.ndarray, right: np.ndarray) -> tuple[complex, complex
 def _smooth_feet(
     positions: np.ndarray, wander: Floats, distance: float
 ) -> tuple[Floats, Floats, int]:
-    """Return places and turns of both feet, smoothed, and how often they met the bound.
+    """Return smoothed positions and turns of both feet, and the number of times at the bound.
 
     The state is x, y and turn of either foot.
     """

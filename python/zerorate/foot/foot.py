@@ -16,7 +16,7 @@ from zerorate.foot.strides import Strides, measure_strides
 from zerorate.geometry.earth import offset_position
 from zerorate.geometry.rotations import product
 from zerorate.navigation.track import SmoothableTrack, Steps, interpolate_steps, smooth_steps
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record import Log, LogError, Recording
 from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats
@@ -172,7 +172,7 @@ class FootTrack(SmoothableTrack, Result):
         best = ", smoothed" if self.smoothed else ""
         return (
             f"FootTrack({self.n} samples in {span:.6g} s, {len(self.stances)} stances, "
-            f"{to_digits(self.distance, 4)} m{best})"
+            f"{shorten(self.distance, 4)} m{best})"
         )
 
     def strides(self) -> Strides:

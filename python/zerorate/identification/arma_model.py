@@ -1,4 +1,4 @@
-"""An ARMA model of a record, and how well the record determines it."""
+"""An ARMA model of a record, with the errors of its coefficients."""
 
 from __future__ import annotations
 
@@ -234,7 +234,7 @@ class ArmaModel(Result):
         return modes(inverse_roots(-self.phi), rate)
 
     def psi_weights(self, n: int) -> Floats:
-        """Return psi_0 ... psi_(n-1), what one unit innovation does to the samples from its own on.
+        """Return psi_0 ... psi_(n-1), the response of the samples to one unit innovation.
 
         Raises
         ------

@@ -241,7 +241,7 @@ def _oddity(tests: RecordTests) -> float:
 
 
 def _describe_spans(spans: Sequence[Span]) -> str:
-    """Return up to three spans, the longest ones, and how many more there are."""
+    """Return up to three spans, the longest ones, and the number of further ones."""
     longest = sorted(spans, key=lambda span: span.start - span.end)[:_MAX_SHOWN_SPANS]
     ordered = sorted(longest, key=lambda span: span.start)
     shown = [f"{span.start:.1f} to {span.end:.1f} s" for span in ordered]

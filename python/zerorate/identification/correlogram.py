@@ -106,7 +106,7 @@ def autocorrelation(z: npt.ArrayLike, lags: int) -> Correlogram:
 def compute_correlations(record: Floats, lags: int, wanted_lags: int = 0) -> Correlations:
     """Return autocorrelations of a record whose samples differ.
 
-    At lags up to `lags`, or up to `wanted_lags` as far as there are products so far apart.
+    At lags up to `lags`, or up to `wanted_lags` as far as there are products at such lags.
     """
     check_width(lags, "lags")
     if lags >= record.size:
@@ -287,6 +287,6 @@ def _portmanteau(estimates: Correlations, fitted: int) -> Verdict:
 
 
 def _predictable_share(acf: Floats) -> float:
-    """Return 1 less the product of 1 - pacf^2, which is what each lag leaves of the variance."""
+    """Return 1 less the product of 1 - pacf^2, the share of the variance left by each lag."""
     pacf = partial_autocorrelations(acf)
     return 1.0 - float(np.prod(1.0 - pacf[np.isfinite(pacf)] ** 2))

@@ -101,7 +101,7 @@ class Identification(Result):
 
     @property
     def rate(self) -> float:
-        """Samples per second of what was modelled, Hz."""
+        """Samples per second of the modelled record, Hz."""
         return self.prepared.rate or self.record.rate
 
     @property
@@ -111,7 +111,7 @@ class Identification(Result):
 
     @cached_property
     def slow_ratio(self) -> float:
-        """Variance of the segments' means over what `model` says of it, about 1 at best."""
+        """Variance of the segments' means over that of `model`, about 1 at best."""
         return compute_slow_ratio(self)
 
     @property
@@ -120,7 +120,7 @@ class Identification(Result):
         return conclusions(self)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all numbers as what JSON can hold: there is no NaN or infinity in it."""
+        """Return all numbers as JSON can hold them: without NaN or infinity."""
         return as_dict(self)
 
 
@@ -325,7 +325,7 @@ def identify(
 def _fit_model(
     data: Floats, order: tuple[int, int] | None, selection: OrderSelection, method: Method
 ) -> ArmaModel:
-    """Return the model of an order, from where the comparison came to if it went there."""
+    """Return the model of an order, started from the result of the comparison if it has one."""
     p, q = order or selection.clear
     start = dict(zip(selection.orders, selection.coefficients, strict=True)).get((p, q))
     return fit_arma(data, p, q, method=method, start=start)
@@ -362,7 +362,7 @@ _MIN_MEANS: Final = 30
 
 
 def compute_slow_ratio(result: Identification) -> float:
-    """Return the variance of the segments' means over what the model says of it.
+    """Return the variance of the segments' means over that of the model.
 
     Orders are chosen by the next sample, to which a slow drift adds next to nothing: a model can
     leave white residuals and know nothing of the drift, which then shows here.

@@ -1,4 +1,4 @@
-"""A small neural network as the state equation of a gyro's noise, and what it gains over AR."""
+"""A small neural network as the state equation of a gyro's noise, and its gain over AR."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class NetworkModel:
 
     @property
     def gain_over_ar(self) -> float:
-        """By how much its error is less than that of the autoregression: 0.01 is one per cent."""
+        """Reduction of its error compared with the autoregression: 0.01 is one per cent."""
         return 1.0 - self.rmse / self.ar_rmse
 
     @property

@@ -1,4 +1,4 @@
-"""A record made ready for identification, and a list of what was changed."""
+"""A record prepared for identification, and a list of the changes."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 TWO_SIDED_95: Final = 1.959963984540054
-"""Deviations of a normal distribution beyond which, on either side, lies one part in 20."""
+"""Standard deviations of a normal distribution with 5 % outside, on both sides together."""
 
 
 @dataclass(frozen=True)

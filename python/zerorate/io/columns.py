@@ -95,7 +95,7 @@ class Timing:
 
 @dataclass(frozen=True)
 class ColumnChoice:
-    """Indices of the time column (None without one) and of the data columns, and what to note."""
+    """Indices of the time column (None without one) and of the data columns, and notes."""
 
     time: int | None
     data: tuple[int, ...]
@@ -111,7 +111,7 @@ def choose_columns(
 ) -> ColumnChoice:
     """Return the time column and the data columns of a table.
 
-    ``columns`` is what the caller asked for: names, indices, one of them, or None for one sensor
+    ``columns`` is the caller's request: names, indices, one of them, or None for one sensor
     of each kind, which ``sensor`` may name; LogError for several of them where ``is_sole`` asks for
     one. Of a table without names that is all but the time, if
     these are three columns or fewer.
@@ -191,7 +191,7 @@ def _choose_sensors(
     sensor: str | None,
     is_sole: bool,
 ) -> tuple[tuple[int, ...], tuple[str, ...]]:
-    """Return the columns of one sensor of each kind, and what to note of them."""
+    """Return the columns of one sensor of each kind, and notes on them."""
     triads = find_triads({i: name for i, name in enumerate(names) if i != time})
     of_kinds = [triad for triad in triads if triad.kind in kinds]
     if not of_kinds:

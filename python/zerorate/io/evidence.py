@@ -82,7 +82,7 @@ def with_time(table: Table) -> Table:
 
 
 def _with_finer(table: Table, names: tuple[str, ...]) -> Table:
-    """Return the table with what is finer than its only clock, if that has whole seconds."""
+    """Return the table with a finer column than its only clock, if that has whole seconds."""
     clocks = [i for i, name in enumerate(names) if looks_like_time(name)]
     others = [i for i, name in enumerate(names) if i not in clocks and meaning_of(name) is None]
     if len(clocks) > 1 or not others or table.whole is None:
@@ -159,7 +159,7 @@ def clues_of(table: Table) -> tuple[list[Clue], list[str]]:
 
 
 def candidates(table: Table) -> list[str | Argument]:
-    """Return the end of a refusal: what to type for each column that may be the clock."""
+    """Return the end of a refusal: the option to type for each column that may be the clock."""
     clues, _ = clues_of(table)
     if not clues:
         return []

@@ -20,7 +20,7 @@ from zerorate.io.reading import ReadArguments
 from zerorate.io.recording import read_recording
 from zerorate.io.table import Content, Format, Table
 from zerorate.io.writing import WRITTEN_SUFFIXES
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record.log import Log, LogError
 from zerorate.record.names import meaning_of, split_unit
 from zerorate.record.recording import Recording
@@ -32,7 +32,7 @@ _STATED: Final = "as stated"
 
 @dataclass(frozen=True)
 class ColumnExplanation:
-    """A column: its name, what that means, its unit and who says it, and the log that has it.
+    """A column: its name, its meaning, its unit with the origin, and its log.
 
     Texts are empty where nothing is known.
     """
@@ -234,9 +234,7 @@ def _values(table: Table, index: int) -> str:
         return "holds texts" if column is None else ""
     known = column[np.isfinite(column)]
     return (
-        f"{to_digits(known.min(), 4)} to {to_digits(known.max(), 4)}"
-        if known.size
-        else "all missing"
+        f"{shorten(known.min(), 4)} to {shorten(known.max(), 4)}" if known.size else "all missing"
     )
 
 

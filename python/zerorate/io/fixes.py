@@ -265,7 +265,7 @@ def _find_column(table: Table, wanted: re.Pattern[str]) -> int | None:
 
 @dataclass
 class _FixColumns:
-    """Columns of a table by what their names mean, and what was noted about them."""
+    """Columns of a table by the meaning of their names, and notes about them."""
 
     table: Table
     notes: list[str] = field(default_factory=list)
@@ -292,7 +292,7 @@ class _FixColumns:
         return [self._load_degrees(index) for index in pairs[0]]
 
     def _columns_by_prefix(self, wanted: re.Pattern[str], what: str) -> dict[str, int]:
-        """Return the columns of such a name by what stands before it."""
+        """Return the columns of such a name by its prefix."""
         columns: dict[str, int] = {}
         for index, name in enumerate(map(to_snake_case, self.table.names or ())):
             if wanted.search(name):

@@ -1,11 +1,11 @@
-"""Limits of what a file may cost to read: seconds and bytes by its size, and columns."""
+"""Limits of the cost of reading a file: seconds and bytes by its size, and columns."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Final
 
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record.log import LogError
 
 _BASE_BYTES: Final = 64 << 20
@@ -30,9 +30,9 @@ def check_bytes(path: Path, declared: int, what: str) -> None:
     """Refuse content that is far larger than its file, as only zeros or damage can be packed."""
     if declared > max_bytes(path):
         raise LogError(
-            f"{what} would take {to_digits(1e-6 * declared)} MB of memory, more than "
+            f"{what} would take {shorten(1e-6 * declared, 3)} MB of memory, more than "
             f"{_BYTES_PER_FILE_BYTE} "
-            f"times the file of {to_digits(1e-6 * _file_size(path))} MB: it is damaged, or holds "
+            f"times the file of {shorten(1e-6 * _file_size(path), 3)} MB: it is damaged, or holds "
             "hardly "
             "anything but repetitions"
         )

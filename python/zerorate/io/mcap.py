@@ -287,7 +287,7 @@ def _make_row_type(topics: Sequence[_Topic]) -> np.dtype[Any]:
 
 
 def _fill_constants(messages: np.ndarray[Any, Any], number: int, topic: _Topic) -> None:
-    """Fill in what is the same in all messages of a topic."""
+    """Fill in the fields that are the same in all messages of a topic."""
     messages["op"], messages["channel"] = 0x05, number
     messages["length"] = messages.dtype.itemsize - 9
     messages["cdr"] = np.void(_CDR)

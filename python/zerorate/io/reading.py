@@ -468,7 +468,7 @@ def scale_values(values: Floats, factor: float | None) -> Floats:
 def describe_assumptions(
     selection: Selection, group: Group, head: Floats, clock: Clock
 ) -> list[str]:
-    """Return the sentences on what was assumed of a group: its unit, by its head, and its clock."""
+    """Return the sentences on assumptions about a group: its unit, by its head, and its clock."""
     notes, grid = list(selection.table.meta.notes), clock.grid
     names = [selection.names[i] for i in group.indices]
     counts = None

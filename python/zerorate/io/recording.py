@@ -335,7 +335,7 @@ def _read_source(
     notes: list[str],
     column_names: list[str],
 ) -> Iterator[_SensorLog]:
-    """Yield the logs of one source; add what was left out, and the columns that there are."""
+    """Yield the logs of one source; add omissions, and the present columns."""
     tables = [] if request.is_single_topic else _choose_tables(content, request.topic)
     if not tables:
         tables = [content.choose_table(request.topic)]
@@ -369,7 +369,7 @@ def _choose_sensors(table: Table, request: _Request, notes: list[str]) -> list[_
     groups: dict[_SensorKey, list[int]] = {
         _SensorKey(k): list(p) for k, p in stated_columns.items()
     }
-    # Without names nothing is found beside what is asked for.
+    # Without names only the requested columns are found.
     is_decided = table.names is None and "gyro" in stated_columns
     named_groups = {} if is_decided else _find_sensors(table, request, used, notes)
     if table.names is None and not is_decided:

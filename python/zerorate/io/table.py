@@ -132,7 +132,7 @@ class Content:
 
 
 class Reader(Protocol):
-    """A function that reads what files of one format hold, and as little of it as it can."""
+    """A function that reads the contents of files of one format, as little as possible."""
 
     def __call__(self, path: Path, /) -> Content:
         """Return the content of a file; LogError if it is damaged or something else."""

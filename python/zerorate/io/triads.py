@@ -1,4 +1,4 @@
-"""Sensors among the columns of a table: axes by their names, and which of several is meant."""
+"""Sensors among the columns of a table: axes by their names, and the choice among several."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ def find_sensor_columns(names: Sequence[str], kind: str) -> tuple[int, ...]:
 
 
 def keep_best_stage(triads: Sequence[Triad]) -> tuple[list[Triad], list[Triad]]:
-    """Return the best stage of each device, as `STAGES` orders them, and what is left of it."""
+    """Return the best stage of each device, as `STAGES` orders them, and the other stages."""
     best: dict[tuple[str, str], int] = {}
     for triad in triads:
         key, rank = (triad.kind, triad.device), _rank(triad)[1]
@@ -209,7 +209,7 @@ def describe_others(chosen: Sequence[Triad], others: Sequence[Triad], label: str
 
 
 def describe_axes(triad: Triad, names: Sequence[str]) -> Iterator[str]:
-    """Yield the sentence on three columns whose order alone makes axes of them."""
+    """Yield the sentence on three columns that are axes by their order alone."""
     if triad.is_complete and not triad.has_named_axes:
         yield f"the names {', '.join(names)} show no axes, so they are x, y, z in this order"
 

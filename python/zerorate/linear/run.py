@@ -68,7 +68,7 @@ class LinearRun(Result):
 
     @property
     def innovation(self) -> Floats:
-        """Each measurement less what was predicted for it, NaN where it is missing: (n, m)."""
+        """Each measurement minus its prediction, NaN where it is missing: (n, m)."""
         return self._require("innovation")
 
     @property

@@ -1,4 +1,4 @@
-"""Samples in channels, and which of them are present."""
+"""Samples in channels, and the mask of present ones."""
 
 from __future__ import annotations
 

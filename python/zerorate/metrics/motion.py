@@ -1,4 +1,4 @@
-"""Errors in motion: delay, what is left without it, and the low-pass filter of the same delay."""
+"""Errors in motion: delay, the error without it, and the low-pass filter of the same delay."""
 
 from __future__ import annotations
 

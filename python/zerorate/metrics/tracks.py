@@ -1,4 +1,4 @@
-"""Errors of a track: of where it is as a whole (ATE), and of its steps (RPE)."""
+"""Errors of a track: of its absolute position (ATE), and of its steps (RPE)."""
 
 from __future__ import annotations
 

@@ -197,7 +197,7 @@ def _find_rest(imu: Recording, samples: Samples) -> tuple[float, float]:
 
 
 def _find_steady_span(samples: Samples, first: float, last: float) -> tuple[float, float]:
-    """Return the first long part of a rest whose means of a second stay what they are.
+    """Return the first long part of a rest with constant means of a second.
 
     A car that moves off gently does not vary more than a noisy sensor, by which rests are found.
     """

@@ -26,7 +26,7 @@ from zerorate.navigation.selfcheck import (
     NavigationFinding,
     check_navigation,
 )
-from zerorate.numerals import format_with_error, to_digits
+from zerorate.numerals import format_with_error, shorten
 from zerorate.record.fixes import Fixes
 from zerorate.record.mounting import Mounting, body_axes, check_rotation
 from zerorate.record.offset import TimeOffset
@@ -309,7 +309,7 @@ class _Arm:
 
 
 def _describe_mistakes(checks: NavigationChecks, vehicle: Vehicle) -> Iterator[str]:
-    """Yield a line for each mistake, with what is done about it or may be typed."""
+    """Yield a line for each mistake, with the correction or the option to type."""
     for finding in vehicle.mistakes(checks):
         advice: str | Sentence = ""
         if finding.what == "mount":
@@ -353,7 +353,7 @@ class _Search:
                 return self._find_start(clock), clock, clock, ""
             return start, initial_offset, clock, ""
         values = ", ".join(
-            f"{name} {to_digits(x)} (sigma {to_digits(s, 1)})" for name, x, s in clock.parts
+            f"{name} {shorten(x, 3)} (sigma {shorten(s, 1)})" for name, x, s in clock.parts
         )
         if vehicle.offset_source == "argument":
             automatic = keyword_argument("time_offset", "auto", "time_offset='auto'")
@@ -422,7 +422,7 @@ class _Search:
         return find_noise(self.recording, self.fixes, start, time_offset=offset, **options)
 
     def _options_with_antenna(self) -> dict[str, Any]:
-        """Return options of a filter that knows how far the antenna is known."""
+        """Return options of a filter with the standard deviation of the antenna's position."""
         vehicle = self.vehicle
         known = {"antenna": vehicle.antenna, "antenna_sigma": vehicle.antenna_sigma}
         return {**known, **self.options}

@@ -1,4 +1,4 @@
-"""By how much the clock of a receiver differs from that of the sensors, by innovations."""
+"""The offset of a receiver's clock from that of the sensors, by innovations."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _OFFSET_SIGMA_S: Final = 0.3
 _RATE_PRIOR: Final = 1e-3
 _UNKNOWN_ANTENNA_M: Final = 1.0
 _STATED_ANTENNA_M: Final = 0.05
-"""What is known before: of offsets, of their rate, of an antenna's place that is stated or not."""
+"""Prior sigmas: of offsets, of their rate, of an antenna's position, stated or not."""
 _FIRST_GUESS_S: Final = 150.0
 """Seconds that suffice for a first guess."""
 _COST_ROUGHNESS: Final = 4.0
@@ -117,12 +117,12 @@ def find_time_offset(
     -----
     Gauss and Newton's steps on the normalised innovations, which count less beyond three robust
     standard deviations, after the first 20 s. A clock and an antenna forward of the sensors are the
-    same at constant speed: what the record does not separate is filled by what is known before
+    same at constant speed: what the record does not separate is filled by the prior
     (0.3 s, 1e-3, 1 m), and the standard deviations grow. Slopes are those forward times those
-    backward, whose noise has nothing in common. A position or a velocity beyond six deviations is
-    left out if the next is not as large to the same side. Deviations are at least those of
-    innovations that are as large as the filter says, with a fifth of the time of a sample. A rate
-    is reported only if it exceeds three standard deviations. If innovations are twice their
+    backward, whose noise has nothing in common. A position or a velocity beyond six standard
+    deviations is left out if the next is not as large to the same side. Deviations are at least
+    those of innovations that are as large as the filter says, with a fifth of the time of a sample.
+    A rate is reported only if it exceeds three standard deviations. If innovations are twice their
     expected size, the clock does not explain them and no offset is reported.
 
     Examples
@@ -273,7 +273,7 @@ class _Search:
         return self.gnss.time + theta[0] + drift, velocity + theta[1] + drift
 
     def position_lag(self, theta: Floats) -> float:
-        """Return by how much positions come after the velocities nearest to them, s."""
+        """Return the delay of positions behind the velocities nearest to them, s."""
         position, velocity = self.fix_times(theta)
         velocity = np.sort(velocity)
         after = np.searchsorted(velocity, position).clip(1, max(1, len(velocity) - 1))
@@ -407,7 +407,7 @@ class _Search:
         return theta, now
 
     def estimate(self, theta: Floats, now: _Innovations, equations: ClockEquations) -> TimeOffset:
-        """Return the numbers with their deviations, without a rate that is not sure."""
+        """Return the numbers with their standard deviations, without a rate that is not sure."""
         nis = float(np.nanmean(np.minimum(now.scalars**2, _MAX_NIS)))
         unknown = TimeOffset(math.nan, math.inf, nis=nis)
         sigma, remaining = equations.sigmas(), equations.remaining()
@@ -440,7 +440,7 @@ class _Search:
         return replace(offset, antenna=tuple(antenna[0]), antenna_sigma=tuple(antenna[1]))
 
     def doubt(self) -> float:
-        """Return the factor on standard deviations that seem too small, of what was simulated."""
+        """Return the factor on standard deviations that are too small on simulations."""
         receiver = self.receiver
         moving = receiver.speed[receiver.speed > 0.0]
         slow = moving.size > 0 and float(np.median(moving)) < _SLOW_SPEED_M_S

@@ -63,7 +63,7 @@ class Weights:
 
 @dataclass(frozen=True, eq=False)
 class ClockEquations:
-    """Sums over blocks of ten seconds, in units of what is known before each number."""
+    """Sums over blocks of ten seconds, in units of each number's prior sigma."""
 
     weights: Weights
     free: Integers
@@ -114,7 +114,7 @@ class ClockEquations:
         return self._in_units(np.asarray(np.linalg.solve(self._prior + self.normal, self._total)))
 
     def remaining(self) -> Floats | None:
-        """Return the step by the curvature, which noise of the slopes does not to_digits."""
+        """Return the step by the curvature, which noise of the slopes does not shorten."""
         if len(self.right) < _MIN_BLOCKS:
             return None
         return self._in_units(np.asarray(np.linalg.solve(self._information, self._total)))
@@ -141,7 +141,7 @@ class ClockEquations:
 
     @property
     def _information(self) -> Floats:
-        """Curvature, not below 0 in any direction, and what is known before."""
+        """Curvature, not below 0 in any direction, with the prior."""
         values, vectors = np.linalg.eigh(self.curvature)
         information: Floats = (vectors * np.maximum(values, 0.0)) @ vectors.T + self._prior
         return information

@@ -1,4 +1,4 @@
-"""A start from what there is: a rest if the receiver stands too, else in motion."""
+"""A start from the available data: a rest if the receiver stands, too, else in motion."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _MAX_REST_SEARCH_S: Final = 300.0
 _MIN_DRIFT_M_S: Final = 0.3
 """A drift of positions, m/s, that is seen of a rest only after so long."""
 _GYRO_BIAS_SIGMAS_RAD_S: Final = (math.radians(0.1), math.radians(0.5))
-"""Deviation of the bias of a gyro after a rest, and without one, rad/s."""
+"""Standard deviation of the bias of a gyro after a rest, and without one, rad/s."""
 _LEVEL_SIGMA_RAD: Final = math.radians(5.0)
 _LEVEL_S: Final = 5.0
 _FORCE_TOLERANCE: Final = 0.5
@@ -213,7 +213,7 @@ def _motion_starts(time: Floats, moving: Booleans) -> Iterator[float]:
 
 
 def begins_in_motion(start: Alignment) -> bool:
-    """Return True if a start had no rest, by which the bias of the gyro is known."""
+    """Return True if a start had no rest for the bias of the gyro."""
     return start.gyro_bias_sigma >= _GYRO_BIAS_SIGMAS_RAD_S[1]
 
 

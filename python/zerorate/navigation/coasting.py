@@ -173,7 +173,8 @@ def find_noise(
     A copy of the filter leaves it every ten seconds, takes no fix, and is compared with the fixes
     after 2, 5 and 10 s. Three factors on the noise maximise the likelihood of the horizontal
     errors (Student's with eight degrees of freedom), each with a pass of the whole filter. Where
-    errors after 5 and 10 s are still larger than their deviation, white noise is raised by that.
+    errors after 5 and 10 s are still larger than their standard deviation, white noise is raised by
+    that.
 
     Examples
     --------
@@ -435,7 +436,7 @@ def _search(coasting: _Coasting, is_assumed: bool) -> FoundNoise:
 def _level(coasting: _Coasting, theta: Floats) -> Floats:
     """Return the logarithms with white noise raised to the RMS of the longer coasts' errors.
 
-    A likelihood with heavy tails leaves these out of its deviation, which is to hold them.
+    A likelihood with heavy tails leaves these out of its standard deviation, which is to hold them.
     """
     level = float(np.nanmean(coasting.run(theta).ratios()[1:] ** 2))
     if not level > 1.0:

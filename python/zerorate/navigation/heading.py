@@ -21,7 +21,7 @@ from zerorate.types import Floats, Integers
 
 _MEMBER_COUNT: Final = 8
 _MEMBER_SIGMA_RAD: Final = math.radians(27.0)
-"""Deviation of the heading of a member, of which eight are 45 deg apart."""
+"""Standard deviation of the heading of a member, of which eight are 45 deg apart."""
 _MIN_DECISION_S: Final = 2.0
 MAX_DECISION_S: Final = 60.0
 """Seconds after which a bank has decided, at least and at most."""
@@ -50,7 +50,7 @@ class Heading:
     start_heading : float
         Of the body at the first fix, rad, as the member that won began.
     start_sigma : float
-        Its deviation there.
+        Its standard deviation there.
     time : float
         When it was decided, s.
     heading, sigma : float
@@ -203,7 +203,7 @@ def format_heading(heading: float, digits: int) -> str:
 
 
 def _integrate_yaw(samples: Samples, start: Alignment, piece: slice) -> Floats:
-    """Return by how much the body has turned since the start, by its gyro, rad."""
+    """Return the rotation of the body since the start, by its gyro, rad."""
     time = samples.time[piece]
     rate = np.nan_to_num(samples.gyro[piece]) - start.gyro_bias
     steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time)[:, np.newaxis]

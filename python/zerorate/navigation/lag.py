@@ -1,4 +1,4 @@
-"""The clock of a receiver, coarsely, by how fast the course turns."""
+"""The clock of a receiver, coarsely, by the rate of the course."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _DEG_PER_RAD: Final = 180.0 / np.pi
 
 @dataclass(frozen=True)
 class Lag:
-    """By how much the times of fixes are to be moved.
+    """Offset to add to the times of fixes.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ class _ScoreGrid:
 
     @classmethod
     def of(cls, rotation: RotationAngle, windows: Windows, peak_width: float) -> _ScoreGrid | None:
-        """Return them by sums over what overlaps, all at once by Fourier transforms."""
+        """Return the scores by sums over the overlap, all at once by Fourier transforms."""
         w = course_weights(windows)
         known = w > 0.0
         if known.sum() < _MIN_WINDOWS:

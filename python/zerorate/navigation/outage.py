@@ -21,7 +21,7 @@ from zerorate.navigation.begin import Offset, find_beginning
 from zerorate.navigation.coarse_start import begins_in_motion
 from zerorate.navigation.events import pack_fixes
 from zerorate.navigation.track import SmoothedPoses, Track, explain_no_start
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.progress import Progress, choose_reporter
 from zerorate.record import LogError
 from zerorate.types import Booleans, Floats, Integers
@@ -167,7 +167,7 @@ class Outages(Result):
     def __repr__(self) -> str:
         """Return the number of outages of each length, and the filter's errors."""
         parts = (
-            f"{errors.n} of {errors.seconds:g} s: {to_digits(errors.rms())} m rms"
+            f"{errors.n} of {errors.seconds:g} s: {shorten(errors.rms(), 3)} m rms"
             for errors in self.lengths
         )
         return f"Outages({', '.join(parts)})"
@@ -295,7 +295,7 @@ class OutagePlan:
         threads: int,
         report: Progress,
     ) -> Outages:
-        """Return the errors of a filter, by what it made of all fixes and what it is given."""
+        """Return the errors of a filter, by its estimates with all fixes and with some withheld."""
         from zerorate.record.offset import TimeOffset
 
         fixes = _FixSpan.of(undisturbed, TimeOffset.of(inputs["time_offset"]).applied(gnss))
@@ -354,9 +354,9 @@ def doubt_start(
     if found.n < _MIN_DOUBT_OUTAGES or not filtered > held:
         return ""
     return (
-        f"without fixes for {_DOUBT_S:g} s the filter is off by {to_digits(filtered)} m RMS, a "
+        f"without fixes for {_DOUBT_S:g} s the filter is off by {shorten(filtered, 3)} m RMS, a "
         "velocity "
-        f"that is held by {to_digits(held)} m: it began in motion, and no rest tells the gyro's "
+        f"that is held by {shorten(held, 3)} m: it began in motion, and no rest tells the gyro's "
         "bias"
     )
 
@@ -452,7 +452,7 @@ class _FixSpan:
             raise ValueError(
                 f"there is no room for an outage of {length:g} s: the filter began at "
                 f"{self.begin:g} s, and {first:g} s later there are "
-                f"{to_digits(max(self.last - begin, 0.0), 4)} s of fixes left"
+                f"{shorten(max(self.last - begin, 0.0), 4)} s of fixes left"
             )
         starts = begin + (length + between) * np.arange(count)
         edges = np.searchsorted(

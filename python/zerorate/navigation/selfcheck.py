@@ -15,7 +15,7 @@ from zerorate.navigation.frozen_sensors import frozen_spans
 from zerorate.navigation.lag import Lag, find_lag, find_lag_jump, find_piecewise_lags, is_rate
 from zerorate.navigation.line_course import MIN_TURNED_RAD, find_line_course
 from zerorate.navigation.windows import Epochs, Means, RotationAngle, Windows
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record import Recording
 from zerorate.record.fixes import Fixes
 from zerorate.record.samples import Samples
@@ -186,7 +186,7 @@ def check_navigation(
 
 @dataclass(eq=False)
 class _CheckState:
-    """Sensors and fixes, of which each step puts right what it names."""
+    """Sensors and fixes; each step corrects the mistake that it finds."""
 
     samples: Samples
     fixes: Fixes
@@ -278,7 +278,7 @@ def _check_scale(work: _CheckState, k: float) -> _Findings:
         if low < k < high:
             text = (
                 f"the velocities of the fixes are in {unit}: "
-                f"positions move {to_digits(k)} times as far"
+                f"positions move {shorten(k, 3)} times as far"
             )
             yield _mistake("velocity", text, factor)
             _transform_velocity(work, factor * np.eye(3))
@@ -291,7 +291,7 @@ def _check_scale(work: _CheckState, k: float) -> _Findings:
         return
     # With latitude for longitude the way to the east has another scale.
     if not work.is_swapped and not _SPEED_SCALE_RANGE[0] < k < _SPEED_SCALE_RANGE[1]:
-        text = f"positions of the fixes move {to_digits(k)} times as far as their velocities say"
+        text = f"positions of the fixes move {shorten(k, 3)} times as far as their velocities say"
         yield _mistake("velocity", text, k)
 
 
@@ -395,7 +395,7 @@ def _check_gyro(work: _CheckState) -> _Findings:
         yield _mistake("gyro", "the gyro is in deg/s, not in rad/s", 1.0 / _DEG_PER_RAD)
     elif not _GYRO_SCALE_RANGE[0] < size < _GYRO_SCALE_RANGE[1] and abs(lag.correlation) > 0.9:
         yield _mistake(
-            "gyro", f"the vehicle turns {to_digits(size)} times as fast as its gyro says", size
+            "gyro", f"the vehicle turns {shorten(size, 3)} times as fast as its gyro says", size
         )
 
 

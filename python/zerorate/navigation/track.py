@@ -1,4 +1,4 @@
-"""The track of a vehicle: where it was, how sure that is, and the best estimate of it."""
+"""The track of a vehicle: positions, standard deviations, and the best estimate of it."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class SmoothableTrack:
         }
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return all of it; of the steps what the smoother makes of them, which is a tenth."""
+        """Return the state; for the steps the smoother's result, a tenth of their size."""
         steps = self._steps
         smoothed = steps.smoothed() if isinstance(steps, NavigationRecord) else steps
         return {**vars(self), "_steps": smoothed}

@@ -62,7 +62,7 @@ class Wheels:
     tick: float | None = None
 
     def __post_init__(self) -> None:
-        """Check what is given."""
+        """Check the arguments."""
         time, speed = floats(self.time, "time"), floats(self.speed, "speed")
         sigma = np.nan if self.sigma is None else self.sigma
         spread = np.broadcast_to(floats(sigma, "sigma"), np.shape(speed)).copy()

@@ -19,7 +19,7 @@ _WIDTH_S: Final = 1.0
 _GAP_WIDTHS: Final = 2.5
 """Widths, or intervals, from which on two fixes leave a gap."""
 _MAX_TURN_SIGMA_RAD: Final = 0.35
-"""Deviation of a change of course, rad, from which on the course is not known."""
+"""Standard deviation of a change of course, rad, from which on the course is not known."""
 
 
 def sigma_of_position(fixes: Fixes) -> Floats:
@@ -110,7 +110,8 @@ class Windows:
     start, stop : ndarray, shape (m,)
         s.
     course_rate, course_sigma : ndarray, shape (m,)
-        How fast the course turns, rad/s to the right, and its deviation; NaN where it is not known.
+        Rate of the course, rad/s to the right, and its standard deviation; NaN where it is not
+        known.
     along, across : ndarray, shape (m,)
         Acceleration along the course and to the right of it, m/s^2.
     climb : ndarray, shape (m,)

@@ -1,4 +1,4 @@
-"""White noise of samples that come in steps wider than it, by how often each level occurs."""
+"""White noise of samples in steps wider than it, by the counts of each level."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def coarse_model(coarse: Coarse, rate: float, unit: str) -> FittedModel | None:
 
 
 def describe_coarse(coarse: Coarse, rate: float, unit: str) -> str:
-    """Return the sentence on steps that are wider than the noise, and what to do."""
+    """Return the sentence on steps that are wider than the noise, with advice."""
     named = "" if unit == UNKNOWN else f" {unit}"
     steps = f"samples come in steps of {coarse.step:.3g}{named}, wider than the noise: "
     advice = "; log more decimals, or a smaller range"

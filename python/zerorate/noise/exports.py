@@ -51,7 +51,7 @@ class _Setting(NamedTuple):
 
     @property
     def doubt(self) -> str:
-        """Whether the number is a bound only."""
+        """Note on a number that is a bound only."""
         return (
             "" if self.identifiable else "; upper bound at 95 %, the record does not determine it"
         )
@@ -140,7 +140,7 @@ def list_undetermined(model: "NoiseModel", walk: bool = True) -> tuple[str, ...]
 
 
 def check_doubts(models: Iterable["NoiseModel"]) -> None:
-    """Refuse models of which one has a doubt: ValueError says what to record instead.
+    """Refuse models of which one is doubtful: ValueError with advice for another record.
 
     What moved one sensor of an IMU moved the others.
     """
@@ -212,7 +212,7 @@ def _compose_file(
     lines: Sequence[str],
     inflated: str = "Every number is {:g} times the measured one.",
 ) -> str:
-    """Return a whole file: what it is and what was done to the numbers, then the numbers."""
+    """Return a whole file: its content and the changes to the numbers, then the numbers."""
     head = [f"# {title}"]
     if inflate != 1.0:
         head.append(f"# {inflated.format(inflate, inflate**2)}")

@@ -76,7 +76,7 @@ class Component:
 
 @dataclass(frozen=True)
 class Problem:
-    """Data to fit, and what explains them.
+    """Data to fit, and the components that explain them.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ class Problem:
 def fit_components(
     problem: Problem, components: Sequence[Component], method: str, unit: tuple[float, Quantity]
 ) -> FittedModel:
-    """Solve the problem and return its model; `unit` is that of the data, in SI, and of what."""
+    """Solve the problem and return its model; `unit`, in SI, and its quantity are the data's."""
     solution, weighting, misfit, chi_squared = problem.solve()
     coefficients: dict[str, object] = {}
     for i, component in enumerate(components):

@@ -295,7 +295,7 @@ _SHAPES: Final = (
 
 @dataclass(frozen=True)
 class _Fit:
-    """Numbers of one shape, and how well they explain the density."""
+    """Parameters of one shape, and the quality of its fit to the density."""
 
     shape: _Shape | None
     p: Floats

@@ -136,7 +136,7 @@ class NoiseModel(Result):
     to_json = to_json  # type: ignore[has-type]
 
     def __post_init__(self) -> None:
-        """Refuse what is no sequence of terms, or no known quantity."""
+        """Refuse arguments that are no sequence of terms, or no known quantity."""
         object.__setattr__(self, "markov", _check_terms("markov", self.markov, Markov))
         object.__setattr__(self, "sinusoid", _check_terms("sinusoid", self.sinusoid, Sinusoid))
         if self.quantity not in get_args(Quantity):
@@ -381,7 +381,7 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
 
 
 def _rank_coefficient(coefficient: Coefficient) -> tuple[bool, bool, float]:
-    """Rank what a record determines first, then bounds, then what is unknown."""
+    """Rank a determined coefficient first, then bounds, then unknown ones."""
     size = abs(coefficient.conservative)
     return coefficient.identifiable, coefficient.known, size
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from zerorate.noise.quantities import Quantity, si_unit
 from zerorate.noise.records import as_record, centre_record, resolution
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record.named import rate_of
 from zerorate.record.runs import runs_of_rows
 from zerorate.types import Booleans, Floats
@@ -205,7 +205,7 @@ def _explain_doubt(means: _SecondMeans, moved: bool, mostly_moved: bool, max_cha
     if mostly_moved:
         return "the other axes of this sensor moved, so it probably did too"
     if means.duration < MIN_REST_S:
-        return f"{to_digits(means.duration)} s are too short to distinguish noise from motion"
+        return f"{shorten(means.duration, 3)} s are too short to distinguish noise from motion"
     return ""
 
 

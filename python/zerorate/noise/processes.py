@@ -109,7 +109,7 @@ def markov(time: float) -> Process:
 
 
 def _markov_summed(k: Floats, time: float) -> Floats:
-    """Return the double integral with what makes a second difference of a second derivative."""
+    """Return the double integral with the factor from second derivative to second difference."""
     integral = time**4 * _exponential_tail(k / time, 5)
     return integral - time**2 * _exponential_tail(k / time, 3) / 12.0 - k / (180.0 * time)
 

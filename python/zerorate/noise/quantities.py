@@ -75,7 +75,7 @@ TERMS: Final[dict[Quantity, tuple[Term, ...]]] = {
 
 
 class DisplayUnit(NamedTuple):
-    """A unit, and what a deviation is multiplied by to be in it."""
+    """A unit, and the factor of a deviation into it."""
 
     unit: str
     factor: float

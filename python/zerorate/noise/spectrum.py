@@ -93,7 +93,7 @@ class Spectrum:
 
 
 class Bands:
-    """Bands of the spectrum of n samples, and how many independent lines each holds."""
+    """Bands of the spectrum of n samples, and the numbers of independent lines."""
 
     def __init__(self, n: int, narrow: bool = False) -> None:
         self.n = n
@@ -262,7 +262,7 @@ def fit_spectrum(
 
 
 def filtered_model(filtered: Filtered, rate: float, unit: tuple[float, Quantity]) -> FittedModel:
-    """Return the model of noise behind a filter; `unit` is that of the data, in SI, and of what."""
+    """Return the model of noise behind a filter; `unit`, in SI, and its quantity are the data's."""
     squares = {
         "angle_random_walk": filtered.white,
         "bias_instability": filtered.flicker,

@@ -149,7 +149,7 @@ _ACTIVE_NAMES: Final[set[str]] = set()
 
 
 def _temporary_name(target: Path) -> str:
-    """Return a name that says whose it is: of which file, machine and process.
+    """Return a name with its owner: file, machine and process.
 
     It is short and plain whatever the file is called, for libraries that take no other names.
     """
@@ -182,7 +182,7 @@ def _machine_id() -> str:
 
 
 def remove_leftovers(targets: Iterable[Path]) -> None:
-    """Remove what `atomic_path` began in these files' folders and a kill left behind.
+    """Remove files that `atomic_path` began in these files' folders and that a kill left behind.
 
     That is what a process of this machine began that is no more, and what one of another machine
     began for these very files, which nobody else may be writing. A file that cannot be removed

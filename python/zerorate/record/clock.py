@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 
 RATE_TOLERANCE: Final = 0.01
 """Part by which a rate may differ from one that is stated, and stamps from their grid."""
@@ -105,16 +105,18 @@ class ClockReport:
         faults = []
         if self.wander:
             faults.append(
-                f"a rate that runs from {to_digits(self.slowest, 4)} to "
-                f"{to_digits(self.fastest, 4)} Hz, so that an "
-                f"even clock is up to {to_digits(self.wander)} s from the stamps, which are kept"
+                f"a rate that runs from {shorten(self.slowest, 4)} to "
+                f"{shorten(self.fastest, 4)} Hz, so that an "
+                f"even clock is up to {shorten(self.wander, 3)} s from the stamps, which are kept"
             )
         rms, max_jitter = 1e3 * self.jitter_rms, 1e3 * self.jitter_max
         if self.burst_count:
-            late = f"late by {to_digits(rms)} ms rms, {to_digits(max_jitter)} ms at most"
+            late = f"late by {shorten(rms, 3)} ms rms, {shorten(max_jitter, 3)} ms at most"
             faults.append(f"stamps of arrival in {count_noun(self.burst_count, 'burst')} ({late})")
         elif self.jitter_max * self.rate > RATE_TOLERANCE:
-            faults.append(f"jitter of {to_digits(rms)} ms rms ({to_digits(max_jitter)} ms at most)")
+            faults.append(
+                f"jitter of {shorten(rms, 3)} ms rms ({shorten(max_jitter, 3)} ms at most)"
+            )
         if self.repeated_count:
             faults.append(count_noun(self.repeated_count, "repeated stamp"))
         if self.backward_count:
@@ -129,7 +131,7 @@ class ClockReport:
         if self.gap_count:
             missing = count_noun(self.missing_count, "missing sample")
             gaps = f"{missing} in {count_noun(self.gap_count, 'gap')}"
-            faults.append(f"{gaps} (longest {to_digits(self.longest_gap)} s)")
+            faults.append(f"{gaps} (longest {shorten(self.longest_gap, 3)} s)")
         return faults
 
 
@@ -151,7 +153,7 @@ def describe_rate_error(stated: float, stamped: float) -> str:
         return ""
     size = "small" if error < 0.0 else "large"
     return (
-        f"every turn comes out {to_digits(100.0 * abs(error), 2)} % too {size}; leave the rate "
+        f"every turn comes out {shorten(100.0 * abs(error))} % too {size}; leave the rate "
         "out, and the "
         "stamps count"
     )

@@ -1,4 +1,4 @@
-"""Which device a log is of, by the name that its source gives it, and the choice of one device."""
+"""Devices of logs, by the names that their source gives them, and the choice of one device."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def device_of(log: Log) -> str:
 
 
 def sensor_labels(recording: Recording) -> dict[str, str]:
-    """Return what to call each log of a recording.
+    """Return the label of each log of a recording.
 
     The name of its device and its kind, ``"imu2 gyro"``, where there are several of the kind.
 

@@ -26,7 +26,7 @@ OSError
 def document_export(
     suffix: str = "", *, returned: str = "", faults: str = "", options: str = ""
 ) -> Callable[[_Documented], _Documented]:
-    """Return a decorator that adds to a docstring what it says of ``path`` and ``force``.
+    """Return a decorator that adds sentences on ``path`` and ``force`` to a docstring.
 
     Parameters
     ----------
@@ -51,14 +51,14 @@ def document_export(
 
 
 def document_restore(function: _Documented) -> _Documented:
-    """Add to a docstring what all say that read the text of a ``to_json``."""
+    """Add the common sentences on reading a ``to_json`` text to a docstring."""
     return _join_sections(
         function, {**_split_sections(function), "Parameters": _SOURCE_DOC, "Raises": _RAISES_DOC}
     )
 
 
 def _split_sections(function: Callable[..., Any]) -> dict[str, str]:
-    """Return the sections of a docstring by their heads, and what stands before them."""
+    """Return the sections of a docstring by their heads, and the text before them."""
     first, *rest = _SECTION_HEAD.split(inspect.cleandoc(function.__doc__ or ""))
     return {"": first, **dict(zip(rest[::2], rest[1::2], strict=True))}
 

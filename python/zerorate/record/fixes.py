@@ -1,4 +1,4 @@
-"""Fixes of a receiver: where and how fast it was, and how far to trust that."""
+"""Fixes of a receiver: positions, velocities, and their standard deviations."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ class Fixes:
         return Poses(self.time[known], enu, unknown, self.source)
 
     def as_dict(self) -> dict[str, npt.NDArray[np.float64 | np.int64] | None]:
-        """Return the arrays by name, None for what is not known."""
+        """Return the arrays by name, None for unknown ones."""
         scalar_fields = ("epoch", "source", "notes")
         return {f.name: getattr(self, f.name) for f in fields(self) if f.name not in scalar_fields}
 

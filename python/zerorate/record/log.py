@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError, Sentence, make_sentence, sentence_of
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record.missing import floats, real_numbers
 from zerorate.texts import escape_line
 from zerorate.types import Booleans, Floats
@@ -188,7 +188,7 @@ class Log(Tabular):
 
     @property
     def steps(self) -> Floats | None:
-        """Seconds since the sample before, shape (n,), None where they are those of the rate."""
+        """Seconds since the sample before, shape (n,), None if they are those of the rate."""
         steps = np.diff(self.sampled, prepend=self.sampled[0] - 1.0 / self.rate)
         # Stamps may be large numbers, of which the last bits are all that changes.
         parts = (steps[a : a + _CHUNK_ROWS] for a in range(0, len(steps), _CHUNK_ROWS))
@@ -253,7 +253,7 @@ def drop_empty_logs(logs: Sequence[Log]) -> list[Log]:
 
 
 def units_of(unit: str, channels: int) -> tuple[str, ...]:
-    """Return the unit of each channel of a log: what its one unit lists, or that for all."""
+    """Return the unit of each channel of a log: from its list of units, or one for all."""
     listed = tuple(unit.split(_UNIT_SEPARATOR))
     return listed if len(listed) == channels else (unit,) * channels
 
@@ -329,7 +329,7 @@ def _check_time(time: npt.ArrayLike, n: int, rate: float) -> Floats:
     error = _max_grid_error(seconds, rate)
     if error > _MAX_GRID_ERROR:
         raise LogError(
-            f"time must be uniform at {rate:g} Hz, but leaves that grid by {to_digits(error)} "
+            f"time must be uniform at {rate:g} Hz, but leaves that grid by {shorten(error, 3)} "
             "samples"
         )
     return seconds
@@ -387,7 +387,7 @@ class Header:
 
 
 def notes_of(log: Log | Header, evenly_spaced: bool = False) -> tuple[str, ...]:
-    """Return the sentences on a log: its clock, unless that is regular, and what was assumed.
+    """Return the sentences on a log: its clock, unless that is regular, and assumptions.
 
     ``evenly_spaced`` says that samples are then taken as evenly spaced, which is noted of a clock
     that wanders.
@@ -398,6 +398,6 @@ def notes_of(log: Log | Header, evenly_spaced: bool = False) -> tuple[str, ...]:
         error = max(clock.fastest / log.rate, log.rate / clock.slowest) - 1.0
         clock_notes.append(
             f"all samples are taken as 1/{log.rate:.6g} s apart here, which is up to "
-            f"{to_digits(100.0 * error, 2)} % wrong for a while"
+            f"{shorten(100.0 * error)} % wrong for a while"
         )
     return (*clock_notes, *log.meta.get("notes", ()))

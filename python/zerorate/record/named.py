@@ -82,7 +82,7 @@ def columns_of(record: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
 
 
 def convert_to_unit(record: npt.ArrayLike, unit: str, name: str) -> Floats:
-    """Return samples in a unit, converted where they say that they have another one.
+    """Return samples in a unit, converted if they state another one.
 
     Raises
     ------

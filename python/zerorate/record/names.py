@@ -51,7 +51,7 @@ _FOREIGN_UNITS: Final = {
 
 
 class ForeignUnit(NamedTuple):
-    """A unit that is not computed with, and what makes one of it that is."""
+    """A unit that is not computed with, and its factor into one that is."""
 
     name: str
     unit: str
@@ -129,7 +129,7 @@ def _split_foreign_unit(name: str) -> tuple[str, ForeignUnit | None]:
 
 
 def foreign_unit(names: Sequence[str]) -> ForeignUnit | None:
-    """Return the unit in which columns are by their names, if it is one not computed with."""
+    """Return the unit of columns by their names, if it is one not computed with."""
     return next(
         (foreign for _, foreign in map(_split_foreign_unit, names) if foreign is not None), None
     )

@@ -154,7 +154,7 @@ def _is_same_clock(log: Log, other: Log) -> bool:
 
 
 def _align_to_clock(log: Log, clock: Log) -> tuple[Floats, int]:
-    """Return a log's samples at those of a clock, and how many found no place."""
+    """Return a log's samples at those of a clock, and the number without a match."""
     if _is_same_clock(log, clock):
         return log.data, 0
     rows = np.searchsorted(clock.sampled, log.sampled - _LATE_TOLERANCE / clock.rate)

@@ -26,7 +26,7 @@ _TYPE_NAMES: Final = {
 
 
 def as_json(content: dict[str, Any], indent: int | None = 2) -> str:
-    """Return an object as strict JSON, exact to the last bit, null for what is not finite.
+    """Return an object as strict JSON, exact to the last bit, null for numbers that are not finite.
 
     Without `indent` what is deep in it stands on one line each.
     """
@@ -47,7 +47,7 @@ def _lines(value: Any) -> str:  # noqa: ANN401
 
 
 def to_jsonable(value: Any) -> Any:  # noqa: ANN401
-    """Return a value with lists for arrays and None for what JSON has no number for."""
+    """Return a value with lists for arrays and None for numbers that JSON lacks."""
     if isinstance(value, dict):
         return {key: to_jsonable(item) for key, item in value.items()}
     if isinstance(value, np.ndarray | np.generic):
@@ -138,7 +138,7 @@ def parse_sentences(content: object, key: str) -> tuple[str, ...]:
 
 
 def from_fields(content: object, build: type[Built]) -> Built:
-    """Return the dataclass whose fields stand in an object, each checked by its annotation."""
+    """Return the dataclass from the fields of an object, each checked by its annotation."""
     hints = get_type_hints(build).items()
     return build(**{name: _READERS[kind](content, name) for name, kind in hints})
 

@@ -83,7 +83,7 @@ class Span:
                 )
 
     def note(self, duration: float) -> str:
-        """Return a sentence on what was read of a log so many seconds long."""
+        """Return a sentence on the part that was read of a log so many seconds long."""
         stop = duration if self.stop is None else self.stop
         return (
             f"read from {self.start or 0:g} s to {stop:.6g} s of {duration:.6g} s, on the clock of "

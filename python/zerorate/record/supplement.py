@@ -47,7 +47,7 @@ class Supplement:
 
     @classmethod
     def of(cls, *, fixes: Fixes | None = None, mounting: Mounting | None = None) -> Supplement:
-        """Return the supplement of what is in memory."""
+        """Return the supplement of objects in memory."""
         return cls(partial(_identity, fixes), partial(_identity, mounting))
 
     @cached_property

@@ -1,4 +1,4 @@
-"""JSON Schemas of what the package writes as JSON: one for each format and version."""
+"""JSON Schemas of the package's JSON files: one for each format and version."""
 
 import json
 from importlib.resources import files

@@ -1,4 +1,4 @@
-"""Figures of deviation curves: a panel an axis, with bounds and what was fitted."""
+"""Figures of deviation curves: a panel an axis, with bounds and fits."""
 
 from __future__ import annotations
 
@@ -370,7 +370,7 @@ def _is_record_short(panel: _Panel, window: _Window) -> bool:
 
 
 def _make_key(rows: list[list[_Panel]], windows: list[_Window]) -> list[tuple[Artist, str]]:
-    """Return samples of what is drawn, and of nothing else, with what they mean."""
+    """Return samples of the drawn lines, with their meanings."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

@@ -9,7 +9,7 @@ from zerorate.noise import AllanResult, Coefficient, NoiseModel
 from zerorate.noise.characterise import Axis, Characterisation, collect_notes
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.quantities import TERMS, Quantity, Term, choose_display_unit, si_unit, term_of
-from zerorate.numerals import format_significant, format_with_error, to_digits
+from zerorate.numerals import format_significant, format_with_error, shorten
 from zerorate.record.names import looks_like_accelerometer
 from zerorate.show.tables import GAP, align_rows, bullet_list, wrap_prose
 from zerorate.tasks.characterise import Characterised
@@ -77,7 +77,7 @@ def _row_labels(sensor: Characterisation) -> list[str]:
         *labels,
         "",
         "deviation",
-        *(f"  {to_digits(tau, 4)} s" for tau in _shown_taus(sensor.curve)),
+        *(f"  {shorten(tau, 4)} s" for tau in _shown_taus(sensor.curve)),
     ]
 
 
@@ -139,7 +139,7 @@ def _markov_cells(sensor: Characterisation, model: NoiseModel | None) -> list[st
         return ["-", "-"] * _count_markov(sensor)
     factor = _walk(sensor).factor
     pairs = [
-        (_format_coefficient(m.amplitude, factor), f"{to_digits(m.time)}") for m in model.markov
+        (_format_coefficient(m.amplitude, factor), f"{shorten(m.time, 3)}") for m in model.markov
     ]
     return [cell for pair in pairs for cell in pair]
 

@@ -1,4 +1,4 @@
-"""The figure of an array: Allan deviations, and how much each sensor counted over time."""
+"""The figure of an array: Allan deviations, and the weights of sensors over time."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.show.array_table import array_title
 from zerorate.show.scales import robust_limits, split_into_parts, trace_outline
 from zerorate.show.style import (
@@ -174,7 +174,7 @@ def _label_rows(axes: Axes, replay: ArrayReplay) -> None:
 
 
 def _average_over_time(replay: ArrayReplay) -> tuple[Floats, npt.NDArray[np.int8]]:
-    """Return of each while the mean weight where used, times N, and what most samples came to.
+    """Return for each while the mean weight where used, times N, and the class of most samples.
 
     Both have shape (whiles, N). A sensor that was excluded in a while at all is so shown.
     """
@@ -205,7 +205,7 @@ def _make_caption(replay: ArrayReplay) -> str:
         seconds = float(replay.allan.taus[replay.allan.second])
         if np.isfinite(sensor_gain):
             sentences.append(
-                f"At {to_digits(seconds)} s the plain mean has {mean_gain:.2f} times the array's, "
+                f"At {shorten(seconds, 3)} s the plain mean has {mean_gain:.2f} times the array's, "
                 "one sensor "
                 f"{sensor_gain:.2f} times."
             )

@@ -1,4 +1,4 @@
-"""The replay of an array as plain text: how each sensor did, and what the array gains."""
+"""The replay of an array as plain text: results of each sensor, and gain of the array."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from zerorate.array.accelerometers import FusedAccelerometers
 from zerorate.array.rotations import Rotations
-from zerorate.numerals import format_or_dash, format_significant, to_digits
+from zerorate.numerals import format_or_dash, format_significant, shorten
 from zerorate.show.tables import Table, as_text, bullet_list, wrap_prose
 from zerorate.tasks.array import SAMPLE_FATES, ArrayReplay
 from zerorate.types import Floats
@@ -62,7 +62,7 @@ def array_title(replay: ArrayReplay) -> str:
     """Return the numbers of sensors and samples, and the rate."""
     log = replay.log
     gyros, samples = _count_noun(log.sensors, "gyro"), _count_noun(log.n, "sample")
-    return f"{gyros}, {samples} at {to_digits(log.rate, 4)} Hz"
+    return f"{gyros}, {samples} at {shorten(log.rate, 4)} Hz"
 
 
 def _count_noun(count: int, thing: str) -> str:
@@ -70,7 +70,7 @@ def _count_noun(count: int, thing: str) -> str:
 
 
 def _sensor_rows(replay: ArrayReplay, kinds: Sequence[int]) -> Iterator[tuple[str, ...]]:
-    """Yield the label of each sensor, what became of its samples, and its weight at rest."""
+    """Yield the label of each sensor, the use of its samples, and its weight at rest."""
     weights = replay.mean_weights.tolist()
     for label, shares, weight in zip(replay.log.labels, replay.shares, weights, strict=True):
         yield label, *map(_format_percent, shares[kinds].tolist()), f"{weight:.3f}"
@@ -183,7 +183,7 @@ def format_rotations(rotations: Rotations) -> str:
     ]
     head = ("", "angle, deg", "error", "left, %", "axes of the first are nearest to")
     title = (
-        f"Rotations against {rotations.labels[0]}, from {to_digits(rotations.seconds)} s of motion"
+        f"Rotations against {rotations.labels[0]}, from {shorten(rotations.seconds, 3)} s of motion"
     )
     return as_text(Table(title, head, tuple(rows)))
 

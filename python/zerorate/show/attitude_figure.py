@@ -1,4 +1,4 @@
-"""The figure of an attitude: angles, how far to trust them, and what was learned of the gyro."""
+"""The figure of an attitude: angles, their standard deviations, and the gyro's learned errors."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from zerorate.attitude.events import KINDS, event_mask
 from zerorate.geometry.rotations import inverse, product, unit
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.show.attitude_table import attitude_title
 from zerorate.show.scales import MAX_COLUMNS, column_quantiles, split_into_parts
 from zerorate.show.stack import (
@@ -125,8 +125,8 @@ def _describe_end(course: _Course) -> str:
     estimate = course.estimate
     roll, pitch, yaw = np.degrees(estimate.euler[-1])
     tilt, heading = np.degrees((estimate.tilt_sigma[-1], estimate.heading_sigma[-1]))
-    known = f" ± {to_digits(BAND_SIGMAS * heading, 2)}" if course.has_sigmas else ""
-    level = f" ± {to_digits(BAND_SIGMAS * tilt, 2)}" if course.has_sigmas else ""
+    known = f" ± {shorten(BAND_SIGMAS * heading)}" if course.has_sigmas else ""
+    level = f" ± {shorten(BAND_SIGMAS * tilt)}" if course.has_sigmas else ""
     sentence = (
         f"At the end: yaw {yaw:.1f}{known}, pitch {pitch:.1f}{level}, roll {roll:.1f}{level} deg."
     )
@@ -134,10 +134,7 @@ def _describe_end(course: _Course) -> str:
         return sentence
     squares = np.nanmean(course.errors**2, axis=0)
     heading, tilt = np.sqrt((squares[0], squares[1] + squares[2]))
-    return (
-        f"{sentence} Off by {to_digits(heading, 2)} in heading, {to_digits(tilt, 2)} in "
-        f"inclination (RMS)."
-    )
+    return f"{sentence} Off by {shorten(heading)} in heading, {shorten(tilt)} in inclination (RMS)."
 
 
 def _make_caption(estimate: AttitudeEstimate) -> str:
@@ -330,7 +327,7 @@ def _draw_elements(panel: Axes, course: _Course, elements: _Elements, drawn: _El
 
 
 def _fit_scale(panel: Axes, values: Floats, sigmas: Floats) -> None:
-    """Scale a panel to what is known after the first tenth."""
+    """Scale a panel to the estimates after the first tenth."""
     late = slice(len(values) // 10, None)
     low = float(np.nanmin((values - BAND_SIGMAS * sigmas)[late]))
     high = float(np.nanmax((values + BAND_SIGMAS * sigmas)[late]))

@@ -1,4 +1,4 @@
-"""An attitude as plain text: where it points, how far to trust it, what was learned, its errors."""
+"""An attitude as plain text: direction, standard deviations, learned errors, true errors."""
 
 from __future__ import annotations
 

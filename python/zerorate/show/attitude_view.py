@@ -58,7 +58,7 @@ def _script(estimate: AttitudeEstimate) -> str:
 
 
 def _frames(estimate: AttitudeEstimate) -> dict[str, Any]:
-    """Return what the page draws of at most `_MAX_FRAMES` samples, first and last included."""
+    """Return the data of at most `_MAX_FRAMES` samples for the page, first and last included."""
     count = min(estimate.n, _MAX_FRAMES)
     rows = np.unique(np.linspace(0, estimate.n - 1, count).round().astype(np.int64))
     columns = {

@@ -57,7 +57,7 @@ def _format_counts(result: BatchResult) -> Iterator[str]:
 
 
 def _format_reports(result: BatchResult) -> Iterator[str]:
-    """Yield a row for each log that needs a person, what needs one most first."""
+    """Yield a row for each log that needs a person, the most urgent first."""
     logs = summarise_logs(result.outcomes)
     urgent = [log for log in logs if log.act or log.look]
     yield _wrap_line(summary_line(logs))

@@ -31,7 +31,7 @@ _MAX_CHANGES: Final = 12
 
 
 def format_before_after(comparison: BeforeAfter) -> str:
-    """Return the summary, and what is new, gone, worse, better or different."""
+    """Return the summary, and the new, gone, worse, better or different findings."""
     lines = [
         wrap_prose(
             f"{_log_name(comparison.before)} and {_log_name(comparison.after)}: "

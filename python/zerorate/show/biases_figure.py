@@ -1,4 +1,4 @@
-"""The figure of several replays: how the bias of each log ran, axis by axis."""
+"""The figure of several replays: the bias of each log over time, axis by axis."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The figure of a calibration: what it was made of, what it gained, and how well it is known."""
+"""The figure of a calibration: its data, its gain, and its errors."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.show.calibration_panels import (
     draw_deviations,
     draw_log,
@@ -97,8 +97,8 @@ def _describe_result(calibration: Calibration) -> str:
     if not (np.isfinite(before) and np.isfinite(after)):
         return f"{sentence}."
     return (
-        f"{sentence}: gravity at rest within {to_digits(before)} mg before, "
-        f"{to_digits(after)} mg after (RMS)."
+        f"{sentence}: gravity at rest within {shorten(before, 3)} mg before, "
+        f"{shorten(after, 3)} mg after (RMS)."
     )
 
 

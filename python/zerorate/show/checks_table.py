@@ -1,4 +1,4 @@
-"""A check of a recording as plain text: what is mistaken, what is seen, what is not."""
+"""A check of a recording as plain text: mistakes, confirmed axes, open questions."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ _MIN_LOG_RATIO: Final = 20.0
 
 
 class _Method(NamedTuple):
-    """A method and what it reached by each measure, axis by axis."""
+    """A method and its results by each measure, axis by axis."""
 
     name: str
     values: tuple[tuple[float, ...], ...]

@@ -344,5 +344,5 @@ def method_label(rows: Sequence[Row]) -> str:
 
 
 def mark_method(method: str, causal: bool) -> str:
-    """Return the name of a method with a dagger if it knows what no filter does."""
+    """Return the name of a method with a dagger if it uses later samples or the truth."""
     return f"{method}{'†' if method == HINDSIGHT_METHOD else '' if causal else '‡'}"

@@ -9,7 +9,7 @@ import numpy as np
 
 from zerorate.noise.model import NoiseModel
 from zerorate.noise.quantities import TERMS, choose_display_unit, si_unit
-from zerorate.numerals import format_significant, to_digits
+from zerorate.numerals import format_significant, shorten
 from zerorate.show.arma_table import arma_name
 from zerorate.show.style import (
     AXIS_COLOURS,
@@ -44,7 +44,7 @@ def format_allan_result(result: AllanResult) -> str:
     shown = choose_display_unit(result)
     head = ("tau, s", *(name or "deviation" for name in result.names))
     rows = tuple(
-        (f"{to_digits(tau, 4)}", *(_format_bounded(axis, i, shown.factor) for axis in result.axes))
+        (f"{shorten(tau, 4)}", *(_format_bounded(axis, i, shown.factor) for axis in result.axes))
         for i, tau in enumerate(result.taus)
     )
     title = f"{result.kind}, {shown.unit}: deviation (bounds at {100.0 * result.confidence:g} %)"
@@ -65,7 +65,7 @@ def format_dynamic(result: DynamicAllan) -> str:
     """Return, at each averaging time, the least, middle and largest deviation of all windows."""
     shown = choose_display_unit(result)
     rows = tuple(
-        (f"{to_digits(tau, 4)}", *_format_spread(shown.factor * values))
+        (f"{shorten(tau, 4)}", *_format_spread(shown.factor * values))
         for tau, values in zip(result.taus, result.deviation.T, strict=True)
     )
     title = f"{result.kind}, {shown.unit}, in {len(result.times)} windows of {result.window:g} s"
@@ -146,7 +146,7 @@ def format_allan_covariance(result: AllanCovariance) -> str:
     pairs = result.correlation[:, *np.triu_indices(len(result.names), 1)]
     rows = tuple(
         (
-            f"{to_digits(tau, 4)}",
+            f"{shorten(tau, 4)}",
             *(format_significant(float(one)) for one in row),
             _format_mean(of_pairs),
         )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from zerorate.identification.conclusions import model_name
 from zerorate.identification.identification import Identification
-from zerorate.numerals import format_significant, to_digits
+from zerorate.numerals import format_significant, shorten
 from zerorate.show.identify_panels import (
     draw_acf,
     draw_ar_orders,
@@ -171,7 +171,7 @@ def _make_caption(identification: Identification) -> str:
     record = identification.record
     margin = identification.arma_orders.margin
     return (
-        f"{record.sample_count:,} samples at {to_digits(record.rate, 4)} Hz. Grey bands: 95 % "
+        f"{record.sample_count:,} samples at {shorten(record.rate, 4)} Hz. Grey bands: 95 % "
         "bounds of "
         f"white noise; criteria within {margin:g} of the least. Hollow: the least of a criterion; "
         "filled: the clear choice. Coloured bands, bottom right: the offline values ± one standard "

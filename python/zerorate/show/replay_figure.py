@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.numerals import format_with_error, to_digits
+from zerorate.numerals import format_with_error, shorten
 from zerorate.record.names import split_unit
 from zerorate.show.replay_grid import plot_replay_grid
 from zerorate.show.replay_panels import drop_outliers, find_certain_rest, mean_duration, rest_means
@@ -88,7 +88,7 @@ def plot_replay(replay: Replay, everything: bool = False) -> Figure:
 
 
 def mean_truth(truth: Floats, rate: float) -> Floats:
-    """Return the mean of the true bias over the next ten seconds, of which the σ is, shape (n,)."""
+    """Return the mean of the true bias over the next ten seconds, as σ refers to it, shape (n,)."""
     return trailing_mean(truth[::-1], rate)[::-1]
 
 
@@ -104,7 +104,7 @@ def _describe_end(replay: Replay, shown: int) -> str:
     has_sigma = replay.method == "auto"
     axis_texts = [
         f"{_short_axis_name(replay, i)} "
-        f"{format_with_error(bias[i], sigma[i]) if has_sigma else f'{to_digits(bias[i], 4)}'}"
+        f"{format_with_error(bias[i], sigma[i]) if has_sigma else f'{shorten(bias[i], 4)}'}"
         for i in range(shown)
         if np.isfinite(bias[i])
     ]
@@ -216,8 +216,7 @@ def _make_caption(replay: Replay, shown: int, lost: Booleans) -> str:
     )
     if replay.method == "auto":
         sentences.append(
-            f"Dots: means of {to_digits(mean_duration(replay), 2)} s at rest, noisier "
-            f"than the bias."
+            f"Dots: means of {shorten(mean_duration(replay))} s at rest, noisier than the bias."
         )
     if replay.truth is not None:
         sentences.append(f"Dashed: the true bias, mean of {TRUTH_MEAN_S:g} s.")

@@ -1,4 +1,4 @@
-"""All panels of a replay, a column an axis: what was learned and how, and Allan deviations."""
+"""All panels of a replay, a column an axis: learned parameters, and Allan deviations."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.show.replay_panels import (
     SMOOTHING_TIME_CONSTANTS,
     draw_allan,
@@ -158,13 +158,13 @@ def _share_scales(grid: Grid, replay: Replay) -> None:
 
 
 def _make_title(replay: Replay, letters: int) -> str:
-    """Return the log's name, its middle left out where it is too long, above the filter's."""
+    """Return the log's name, its middle left out if it is too long, above the filter's."""
     source = replay.log.meta.get("sensor") or Path(replay.log.meta.get("source", "log")).name
     if len(source) > letters:
         source = f"{source[: letters // 2]}…{source[-(letters // 2) :]}"
     order = replay.params.get("order")
     model = "" if order is None else f"ARMA({order[0]}, {order[1]}), "
-    rate = to_digits(replay.log.rate, 4)
+    rate = shorten(replay.log.rate, 4)
     return f"{source}\n{replay.method}, {model}{replay.log.n:,} samples at {rate} Hz"
 
 
@@ -181,9 +181,7 @@ def _describe_shading(replay: Replay) -> str:
     has_motion = replay.readings is not None and not (replay.readings.at_rest | lost).all()
     if replay.method == "auto":
         seconds = mean_duration(replay)
-        sentences = [
-            f"Dots: means of {to_digits(seconds, 2)} s, noisier than the bias. Band: ± 2σ."
-        ]
+        sentences = [f"Dots: means of {shorten(seconds)} s, noisier than the bias. Band: ± 2σ."]
     else:
         sentences = ["Dotted: end of learning."]
     if has_motion:

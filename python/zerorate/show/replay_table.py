@@ -1,4 +1,4 @@
-"""A replay as plain text: scores, what the filter learned, and the sentences under them."""
+"""A replay as plain text: scores, learned parameters, and notes."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from zerorate.faults import render_text
-from zerorate.numerals import DASH, format_or_dash, format_with_error, to_digits
+from zerorate.numerals import DASH, format_or_dash, format_with_error, shorten
 from zerorate.record.names import split_unit
 from zerorate.show.tables import (
     Table,
@@ -42,7 +42,7 @@ _ANGLE_UNITS: Final = {"rad/s": ("rad", 1.0), "deg/s": ("deg", 1.0), "deg/h": ("
 
 
 def format_replay(replay: Summary) -> str:
-    """Return the bias of each axis, where several methods ran how well each did, and notes."""
+    """Return the bias of each axis, the scores of several methods, and notes."""
     return "\n\n".join(
         filter(None, (format_bias(replay), _format_scores(replay), format_notes(replay)))
     )
@@ -53,7 +53,7 @@ def _format_scores(replay: Summary) -> str:
 
 
 def format_replays(replays: Replays) -> str:
-    """Return the biases of several logs in one table, then what is to be said of each."""
+    """Return the biases of several logs in one table, then notes on each."""
     parts = [format_biases(replays.results)]
     for name, replay in replays.results.items():
         alarms = "\n".join(map(render_text, replay.alarms))
@@ -63,7 +63,7 @@ def format_replays(replays: Replays) -> str:
 
 
 def format_bias(replay: Summary) -> str:
-    """Return the bias of each axis at the end, how long it rested, and what a hold would cost.
+    """Return the bias of each axis at the end, its time at rest, and the cost of a hold.
 
     A row for each axis; of auto with what it learned of the noise.
     """
@@ -160,7 +160,7 @@ def format_table(replay: Summary) -> str:
 
 
 def format_learned(replay: Summary) -> str:
-    """Return a table of what the chosen filter learned, at most `WIDTH` columns wide.
+    """Return a table of the chosen filter's learned parameters, at most `WIDTH` columns wide.
 
     A row for each axis; empty for the published methods, which have no such parameters.
     """
@@ -182,7 +182,7 @@ def format_learned(replay: Summary) -> str:
 
 
 def format_notes(replay: Summary) -> str:
-    """Return the sentences on the log's clock, gaps and notes, and on what the filter did.
+    """Return the sentences on the log's clock, gaps and notes, and on the filter's actions.
 
     Empty if there is nothing to say.
     """
@@ -273,7 +273,5 @@ def _format_bias(replay: Summary, i: int) -> str:
 def _format_time_constant(replay: Summary, i: int) -> str:
     seconds = replay.time_constant[i]
     return (
-        f"> {to_digits(replay.header.duration, 4)}"
-        if np.isinf(seconds)
-        else format_or_dash(seconds)
+        f"> {shorten(replay.header.duration, 4)}" if np.isinf(seconds) else format_or_dash(seconds)
     )

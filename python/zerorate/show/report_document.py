@@ -1,4 +1,4 @@
-"""The frame of pages that stand alone: their style, their script, and what they may load."""
+"""The frame of pages that stand alone: their style, their script, and their sources."""
 
 from collections.abc import Iterable
 from html import escape

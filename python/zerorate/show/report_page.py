@@ -14,7 +14,7 @@ from zerorate.findings.external_settings import SECTION as ENTER
 from zerorate.findings.imus import find_imus
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.next_recording import SECTION as RECORD
-from zerorate.numerals import format_with_error, to_digits
+from zerorate.numerals import format_with_error, shorten
 from zerorate.record.devices import sensor_labels
 from zerorate.show.report_document import document
 from zerorate.show.report_figures import log_figures, longest_duration
@@ -57,7 +57,7 @@ _ABOUT_TEXT: Final = (
 
 
 def format_report(report: Report) -> str:
-    """Return the summary, and what to act on and look at, one sentence each."""
+    """Return the summary, and the findings to act on and to look at, one sentence each."""
     lines = [wrap_prose(f"{report.source.rpartition('/')[2]}: {report.summary}")]
     lines.extend(
         wrap_prose(_format_kind(report, of_kind), hang="      ")
@@ -69,7 +69,7 @@ def format_report(report: Report) -> str:
 
 
 def _short_text(report: Report, finding: Finding) -> str:
-    """Return what, how much against which limit, and what to do.
+    """Return the kind, the value against its limit, and the advice.
 
     The finding's own sentence if that is short, or if it has no number with a limit.
     """
@@ -95,7 +95,7 @@ def _group_urgent(report: Report) -> list[list[Finding]]:
 
 
 def _format_kind(report: Report, findings: list[Finding]) -> str:
-    """Return the first finding of a kind, when it is seen, and how many others there are."""
+    """Return the first finding of a kind, its time, and the number of others."""
     first, more = findings[0], len(findings) - 1
     spans_text = f" [{_format_times(first, _MAX_TERMINAL_SPANS)}]" if first.spans else ""
     others = f" {more} more of this kind, on the page." if more else ""
@@ -189,7 +189,7 @@ def _collapse_group(findings: list[Finding]) -> str:
 
 
 def _format_range(values: list[float]) -> str:
-    low, high = f"{to_digits(min(values), 4)}", f"{to_digits(max(values), 4)}"
+    low, high = f"{shorten(min(values), 4)}", f"{shorten(max(values), 4)}"
     return low if low == high else f"{low} to {high}"
 
 
@@ -200,7 +200,7 @@ def _shortened(report: Report, finding: Finding) -> Finding:
 
 
 def _list_first(report: Report) -> str:
-    """Return the first finding of each kind that is urgent, and how many others there are."""
+    """Return the first finding of each urgent kind, and the number of others."""
     items = "".join(
         _format_finding(_shortened(report, finding), len(others))
         for finding, *others in _group_urgent(report)
@@ -273,4 +273,4 @@ def _limit_row(limit: Limit) -> str:
 
 def limit_text(value: float) -> str:
     """Return a limit as a table shows it, a dash where there is none."""
-    return f"{to_digits(value)}" if math.isfinite(value) else "–"
+    return f"{shorten(value, 3)}" if math.isfinite(value) else "–"

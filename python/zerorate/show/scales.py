@@ -51,7 +51,7 @@ def trace_outline(z: Floats, rate: float) -> tuple[Floats, Floats]:
 
 
 class Band(NamedTuple):
-    """A series (n,) as wide as it scatters: what lines over one another would hide.
+    """A series (n,) with its scatter as a band, where overlapping lines would hide it.
 
     Attributes
     ----------

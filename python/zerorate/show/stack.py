@@ -153,7 +153,7 @@ def share_time_axis(panels: Sequence[Axes], first: float, last: float, unit: str
 
 
 def write_head(panel: Axes, text: str) -> None:
-    """Write over a panel what it shows."""
+    """Write the title of a panel above it."""
     # With no y matplotlib lays out all ticks to find one: a quarter of the time of drawing.
     panel.set_title(text, loc="left", size=FONT_PT, pad=2.2, y=1.0)
 

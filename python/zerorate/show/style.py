@@ -7,7 +7,7 @@ from math import ceil, floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.texts import describe_missing_extra
 
 if TYPE_CHECKING:
@@ -163,8 +163,8 @@ def write_caption(figure: Figure, text: str, size: float = FONT_PT - 0.5) -> Non
 def write_corner(figure: Figure, source: str, rate: float, seconds: float) -> None:
     """Write a recording's name, rate and span, as far as known, into the lower right corner."""
     unit, length = time_unit(seconds)
-    details = [f"{to_digits(rate, 4)} Hz"] if rate > 0.0 else []
-    details += [f"{to_digits(seconds / length, 4)} {unit}"] if seconds > 0.0 else []
+    details = [f"{shorten(rate, 4)} Hz"] if rate > 0.0 else []
+    details += [f"{shorten(seconds / length, 4)} {unit}"] if seconds > 0.0 else []
     text = " · ".join([shorten_source(source), *details] if source else details)
     right = 1.0 - 1.5 * INCHES_PER_MM / figure.get_figwidth()
     figure.text(

@@ -52,7 +52,7 @@ class Part(Protocol):
 
 @dataclass(frozen=True)
 class GaussMarkov:
-    """Exponentially correlated noise, stationary: its deviation in deg/s and time in s."""
+    """Exponentially correlated noise, stationary: its standard deviation in deg/s and time in s."""
 
     deviation: float
     time: float

@@ -281,7 +281,7 @@ class _TimedMotion:
         return still
 
     def _progress(self, t: Floats) -> tuple[Floats, Floats]:
-        """Return the trajectory's own time, s, and how fast it passes: smoothly from 0 to 1."""
+        """Return the trajectory's own time, s, and its rate: smoothly from 0 to 1."""
         if not self.from_rest:
             return t, np.ones(t.size)
         ease = self.trajectory.ease

@@ -302,7 +302,7 @@ def _streams(seed: int) -> dict[str, np.random.Generator]:
 
 @dataclass(frozen=True, eq=False)
 class _Imu:
-    """A motion at the samples, and what sensors make of it."""
+    """A motion at the samples, and the sensors' errors."""
 
     motion: Hand
     seconds: Floats

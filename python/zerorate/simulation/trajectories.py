@@ -1,4 +1,4 @@
-"""Motions of what is swung, carried or driven, in closed form: orientation, rate and velocity.
+"""Motions that are swung, carried or driven, in closed form: orientation, rate and velocity.
 
 Each function draws a motion and returns it as a `Trajectory`. East, north and up are x, y and z of
 the earth, and the axes of a body that is level and heads east: forward, left and up.

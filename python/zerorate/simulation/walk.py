@@ -165,8 +165,8 @@ def simulate_feet(
 ) -> tuple[SimulatedWalk, SimulatedWalk]:
     """Simulate the walk of a left and of a right foot, each with a sensor of its own.
 
-    The left one steps first, half a stride; then they alternate, and the right one ends beside
-    it with half a stride. All else is as of `simulate_walk`.
+    The left one steps first, half a stride; then they alternate, and the right one ends next to it
+    with half a stride. All else is as of `simulate_walk`.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ from zerorate.array.rotations import Rotations, find_rotations, read_rotations
 from zerorate.checks.preparation import FILTER_CHOICES, prepare
 from zerorate.faults import ArgumentError, bare_argument, keyword_argument, make_sentence
 from zerorate.io.writing import write_log
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.options import add_rest_limits
 from zerorate.progress import Progress, choose_reporter
 from zerorate.record.log import Log, LogError, notes_of
@@ -460,7 +460,7 @@ class _ArrayRecorder:
         self._excluded = np.zeros(sensors, np.bool_)
 
     def take(self, array: GyroArray, first: int) -> None:
-        """Give the array one block, and note what it says."""
+        """Give the array one block, and record its output."""
         block = np.s_[first : first + _BLOCK_ROWS]
         z = np.ascontiguousarray(self._log.data[block])
         begin = time.thread_time()
@@ -570,7 +570,7 @@ def notes_on(replay: ArrayReplay) -> Iterator[str]:
     if replay.disputed.any():
         seconds = replay.disputed.sum() / log.rate
         yield (
-            f"for {to_digits(seconds, 4)} s sensors disagreed and nobody knew which was wrong: all "
+            f"for {shorten(seconds, 4)} s sensors disagreed and nobody knew which was wrong: all "
             "were used"
         )
     lost = ~np.isfinite(replay.rate.reshape(log.n, -1)).all(axis=1)
@@ -589,10 +589,9 @@ def notes_on(replay: ArrayReplay) -> Iterator[str]:
 
 
 def _format_spans(spans: Sequence[tuple[float, float]]) -> str:
-    """Return the first spans, and how many there are more."""
+    """Return the first spans, and the number of further ones."""
     shown = ", ".join(
-        f"{to_digits(start, 4)} to {to_digits(end, 4)} s"
-        for start, end in spans[:_MAX_LISTED_SPANS]
+        f"{shorten(start, 4)} to {shorten(end, 4)} s" for start, end in spans[:_MAX_LISTED_SPANS]
     )
     more = len(spans) - _MAX_LISTED_SPANS
     return f"{shown} and {more} more" if more > 0 else shown

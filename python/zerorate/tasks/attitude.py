@@ -1,4 +1,4 @@
-"""The attitude of a recording: what ``attitude`` does."""
+"""The attitude of a recording: ``zerorate attitude``."""
 
 from __future__ import annotations
 
@@ -281,7 +281,7 @@ def _check_heading(heading: str | None) -> None:
 
 
 def files_of(result: AttitudeEstimate, *, tum: bool = False, view: bool = False) -> Files:
-    """Return what an attitude is saved as: log and figure; poses and a page in 3D where asked."""
+    """Return the files of an attitude: log and figure; poses and a page in 3D on request."""
     writers: list[Writer] = [lambda path: write_log(result.to_log(), path)]
     endings = []
     if tum:

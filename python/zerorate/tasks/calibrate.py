@@ -1,4 +1,4 @@
-"""Calibrations of IMUs and magnetometers, and what they correct: what ``calibrate`` does."""
+"""Calibrations of IMUs and magnetometers, and their application: ``zerorate calibrate``."""
 
 from __future__ import annotations
 
@@ -295,7 +295,7 @@ def _restore_frozen_mag(prepared: PreparedRecording, raw: Recording, name: str) 
 
 @dataclass(frozen=True, eq=False)
 class Corrected(Result):
-    """A recording without what a calibration has found, as `zerorate.correct` returns it.
+    """A recording corrected by a calibration, as `zerorate.correct` returns it.
 
     Parameters
     ----------

@@ -273,7 +273,7 @@ def _join_logs(logs: Sequence[Log]) -> Log:
 
 
 def parse_exports(export: str | Iterable[str], inflate: float, per_sample: bool) -> list[str]:
-    """Return the names of exports, each once; ValueError for what acts on none of them.
+    """Return the names of exports, each once; ValueError for options that none of them uses.
 
     `export`: names, with commas between or as a sequence.
     """
@@ -339,7 +339,7 @@ def export_texts(
 def describe_missing_numbers(
     result: Characterised, exports: Iterable[str], bounds: bool = True
 ) -> list[str]:
-    """Return which numbers of exports are bounds or left out, and what to record for them."""
+    """Return the numbers of exports that are bounds or left out, and advice for the next record."""
     kinds = set(exports) - {_JSON}
     if not kinds:
         return []

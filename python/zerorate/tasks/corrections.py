@@ -76,7 +76,7 @@ def _magnetometer_of(
 
 @contextmanager
 def _as_log_errors() -> Iterator[None]:
-    """Let what is wrong with a file be a fault of the data."""
+    """Turn an error of a file into a fault of the data."""
     try:
         yield
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""The track of a vehicle, from its inertial sensors and its receiver: what ``navigate`` does."""
+"""The track of a vehicle, from its inertial sensors and its receiver: ``zerorate navigate``."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ class Navigation(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Sentences on what was assumed, found and mended."""
+        """Sentences on assumptions, findings and corrections."""
         return self.track.notes
 
     def errors(self) -> tuple[TrackErrors, TrackErrors | None, str] | None:

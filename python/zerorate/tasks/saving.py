@@ -311,7 +311,7 @@ class Outputs:
 def check_paths(
     paths: Sequence[Path], force: bool, log: Path | None = None, *read: Path | None
 ) -> None:
-    """Check that files can be written, and remove what killed runs left in their places.
+    """Check that files can be written, and remove the temporary files of killed runs.
 
     Parameters
     ----------

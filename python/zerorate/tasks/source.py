@@ -23,7 +23,7 @@ Source: TypeAlias = Recording | Log | LogSource
 
 
 class UnscaledArguments(TypedDict, total=False):
-    """Arguments of `zerorate.read_recording` that every task takes for what it reads."""
+    """Arguments of `zerorate.read_recording` that every task takes for its sources."""
 
     rate: float | None
     columns: Columns | Mapping[str, Columns]
@@ -168,7 +168,7 @@ def stem_of(source: str) -> str:
 
 
 def sensor_ending(sensor: str | None) -> str:
-    """Return what the chosen sensor adds to the names of files.
+    """Return the addition of the chosen sensor to the names of files.
 
     Examples
     --------
@@ -200,7 +200,7 @@ def unique_stems(sources: Sequence[str]) -> list[str]:
 
 @contextmanager
 def name_source_in_errors(source: str, alarms: Sequence[str] = ()) -> Iterator[None]:
-    """Let a fault of the data say which recording is at fault, and what may be the cause of it.
+    """Add the recording at fault, and possible causes, to a fault of the data.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The track of a sensor on a foot: what ``walk`` does."""
+"""The track of a sensor on a foot: ``zerorate walk``."""
 
 from __future__ import annotations
 

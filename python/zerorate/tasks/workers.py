@@ -85,7 +85,7 @@ class BackgroundStep(Generic[T]):
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *fault: object) -> None:
-        """Wait for what is begun, and raise its error unless there is one already."""
+        """Wait for the running work, and raise its error unless there is one already."""
         try:
             while kind is None and self._jobs:
                 self._jobs.popleft().result()

@@ -138,7 +138,7 @@ typedef struct zr_drift_params {
     double limit;
     // Deviation of the samples above which the sensor cannot be at rest; zero: it is not known.
     double rest_limit;
-    // Level above which nothing is taken for a bias; zero: it is not known.
+    // Largest level that can be a bias; zero: it is not known.
     double bias_limit;
     // Seconds of the start-up; zero: one.
     double startup;

@@ -60,7 +60,7 @@ pub struct zr_drift_params {
     pub limit: f64,
     /// Deviation of the samples above which the sensor cannot be at rest; zero: it is not known.
     pub rest_limit: f64,
-    /// Level above which nothing is taken for a bias; zero: it is not known.
+    /// Largest level that can be a bias; zero: it is not known.
     pub bias_limit: f64,
     /// Seconds of the start-up; zero: one.
     pub startup: f64,

@@ -392,9 +392,9 @@ impl GyroArray {
         Ok(())
     }
 
-    /// Allan covariances at rest so far, of one axis of the body: averaging times in s (m,), covariances
-    /// (m, sensors, sensors) in the unit of the samples squared, and of how many differences of
-    /// successive means each is (m, sensors, sensors).
+    /// Allan covariances at rest to date, of one axis of the body: averaging times in s (m,),
+    /// covariances (m, sensors, sensors) in the unit of the samples squared, and of how many
+    /// differences of successive means each is (m, sensors, sensors).
     #[pyo3(signature = (axis=0))]
     fn covariance<'py>(slf: &Bound<'py, Self>, axis: i128) -> PyResult<Bound<'py, PyTuple>> {
         let py = slf.py();

@@ -233,8 +233,9 @@ impl NavigationFilter {
     /// fast they roll forward, m/s, and its deviation, by default ``speed_sigma``. Their scale, and the yaw
     /// and pitch of the axis along which they roll, are estimated (``wheel_constants``). A wheel that
     /// slips, with an innovation of over three deviations, is not believed for ten seconds, then less.
-    /// Returns whether it will be used: not before the heading is known to 0.1 rad, nor if it is over a
-    /// second old or missing. ValueError if the vehicle is not "wheeled", or the deviation not positive.
+    /// Returns True if it will be used: not before the heading is known to 0.1 rad, nor if it is
+    /// over a second old or missing. ValueError if the vehicle is not "wheeled", or the deviation
+    /// not positive.
     #[pyo3(signature = (t, speed, sigma=None))]
     fn update_wheels(
         slf: &Bound<'_, Self>,

@@ -151,7 +151,7 @@ def _complete_rests(case: Case, solution: Solution, errors: _Errors) -> list[Res
 
 
 def _complete_turns(case: Case, solution: Solution, errors: _Errors) -> list[Turn]:
-    """Return all turns; those that were used with angle, axis and what is left."""
+    """Return all turns; used ones with angle, axis and residual."""
     vectors = to_rotation_vectors(from_matrices(errors.rotations))
     fitted = iter(zip(vectors, errors.misses, errors.raw_misses, solution.fit.weights, strict=True))
     turns = []

@@ -103,7 +103,7 @@ def estimate_at_rest(
     sigmas = np.sqrt([np.diagonal(covariance)[1:] for _, covariance, _ in axes])
     known = sigmas <= _MAX_SIGMA_RATIO * G_PRIOR_RAD_S * size
     if with_g and not known.all():
-        # The rest of what is known is of a sensor without those elements.
+        # The remaining estimates are of a sensor without those elements.
         pinned = np.where(known, prior, _PINNED_SIGMA_RATIO * prior)
         axes = [
             _fit_axis(means[:, k], variances[:, k], directions, walk, pinned[k]) for k in range(3)

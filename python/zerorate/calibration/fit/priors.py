@@ -42,7 +42,7 @@ _MAX_MISS_SHARE: Final = 0.15
 
 
 def choose_prior(record: Record, name: PriorName) -> Prior:
-    """Return the prior of a record's sensors: a data sheet, or what the record itself shows.
+    """Return the prior of a record's sensors: a data sheet, or estimates from the record itself.
 
     Raises
     ------
@@ -210,6 +210,6 @@ def check_gravity(record: Record, gravity: float) -> None:
 
 
 def _gravity_by_unit(gravity: float) -> list[tuple[str, float]]:
-    """Return units and what gravity is in them."""
+    """Return units and the value of gravity in them."""
     standard = gravity / STANDARD_GRAVITY
     return [("g", standard), ("m/s^2", gravity), ("mg", 1e3 * standard)]

@@ -90,7 +90,7 @@ class Sensor:
         return int(np.clip(np.ceil((time - self.start) * self.rate - 1e-6), 0, self.n))
 
     def mean(self, first: int, last: int) -> Floats:
-        """Return the mean of what is there, shape (3,); NaN if nothing is."""
+        """Return the mean of the present samples, shape (3,); NaN if there are none."""
         part = self.data[first:last]
         if self.missing is not None:
             part = part[~self.missing[first:last]]

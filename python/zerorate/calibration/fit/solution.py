@@ -128,7 +128,7 @@ class Record:
         return turn_biases(self.turns, self.rests, self.gyro_means - up @ sensitivity.T)
 
     def rates(self, sensors: Sensors) -> Floats:
-        """Return the samples of the gyro in all turns, less what G does, shape (k, 3)."""
+        """Return the samples of the gyro in all turns, minus the effect of G, shape (k, 3)."""
         rates = [self.gyro.data[turn.first : turn.last] for turn in self.turns]
         if sensors.sensitivity.any():
             rates = [

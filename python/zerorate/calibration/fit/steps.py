@@ -209,7 +209,7 @@ def _exclude_turning(rests: list[Rest], gyro: Sensor) -> list[Rest]:
 
 
 def _exclude_wrong_force(rests: list[Rest], accel: Sensor) -> list[Rest]:
-    """Return the rests, those at which the accelerometer shows no gravity marked as not used."""
+    """Return the rests, those without gravity on the accelerometer marked as not used."""
     if not rests:
         return rests
     sizes = np.linalg.norm([rest.accel for rest in rests], axis=1)

@@ -34,7 +34,7 @@ def find_saturated(gyro: Sensor, limit: float | None) -> Booleans:
     gyro
         The sensor.
     limit
-        The end of the range in the raw unit, or None to take for it the largest value, or the
+        The end of the range in the raw unit, or None to use the largest value, or the
         smallest, of an axis that is hit ten times.
     """
     if limit is not None:

@@ -1,4 +1,4 @@
-"""Changes of a magnetometer's hard iron within a recording: when, and by how much."""
+"""Changes of a magnetometer's hard iron within a recording: their times and sizes."""
 
 from __future__ import annotations
 

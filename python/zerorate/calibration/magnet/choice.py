@@ -38,7 +38,7 @@ _MAX_ELEMENT: Final = 0.6
 
 @dataclass(frozen=True, eq=False)
 class IronChoice:
-    """The fit, and what of it is applied, in units of the field's median size.
+    """The fit, and the applied part of it, in units of the field's median size.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class IronChoice:
     elements, soft
         Of D - 1 as applied, zero where none are, and which were fitted.
     rotation, rotation_sigma : ndarray, shape (3,)
-        Antisymmetric elements of a fit of everything, and their deviations.
+        Antisymmetric elements of a fit of everything, and their standard deviations.
     covariance : ndarray, shape (8 + 3 g, 8 + 3 g)
         Of elements of D, then hard irons.
     raw, left : ndarray, shape (g,)

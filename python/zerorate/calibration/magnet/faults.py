@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.types import Booleans, Floats
 
 _MIN_TURN_RATE_RAD_S: Final = np.radians(20.0)
@@ -48,7 +48,7 @@ def find_clipped(mag: Floats, gyro: Floats) -> tuple[Booleans, list[str], list[s
             is_clipped |= at_end
             sentence = (
                 f"the magnetometer's {axis} is at the end of its range, {end:.6g}, in "
-                f"{to_digits(100.0 * share, 2)} % of the samples"
+                f"{shorten(100.0 * share)} % of the samples"
             )
             if share > _MAX_CLIPPED_SHARE:
                 problems.append(sentence)

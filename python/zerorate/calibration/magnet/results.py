@@ -210,7 +210,7 @@ def _rotation_vector(choice: IronChoice) -> Vector:
 def _field_and_dip(
     choice: IronChoice, matrix: Floats, norm: float
 ) -> tuple[Coefficient, Coefficient]:
-    """Return size and dip of the mean field, with what hard and soft iron leave open."""
+    """Return size and dip of the mean field, with the uncertainty by hard and soft iron."""
     fields = choice.fit.fields
     h, back = fields.mean(axis=0), choice.ticks.inverse_rotation
     turn = choice.ticks.rotation
@@ -245,5 +245,5 @@ def _advice(
     for start, change in list_iron_changes(spans, [group.hard_iron for group in groups]):
         yield (
             f"the field changed at {start:.0f} s by {change:.3g} {unit} in the sensor: "
-            "something was attached or taken off"
+            "something was attached or removed"
         )

@@ -1,4 +1,4 @@
-"""Spans of one hard iron each, and which of them share one."""
+"""Spans of one hard iron each, and groups of spans that share one."""
 
 from __future__ import annotations
 

@@ -212,7 +212,7 @@ def _rate_errors(
     walk: npt.ArrayLike | None,
     bias: npt.ArrayLike | None,
 ) -> tuple[RateErrors | None, list[str]]:
-    """Return the errors of k axes, and sentences on what they leave out."""
+    """Return the errors of k axes, and sentences on omitted errors."""
     if noise is None and white is None and walk is None and bias is None:
         return None, []
     if noise is not None and noise.quantity != "angular rate":

@@ -1,4 +1,4 @@
-"""Missing samples of a rate that is integrated: bridged by a line, and what that may cost."""
+"""Missing samples of an integrated rate: bridged by a line, with the error of the bridge."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Calibration of a gyro on a rate table: bias, scale, and how far its output is from a line."""
+"""Calibration of a gyro on a rate table: bias, scale, and non-linearity."""
 
 from __future__ import annotations
 
@@ -320,7 +320,7 @@ class _Table(NamedTuple):
 
 
 class _Fit(NamedTuple):
-    """Coefficients of a design, their covariance by the given sigmas, and what is left over."""
+    """Coefficients of a design, their covariance by the given sigmas, and the residuals."""
 
     values: Floats
     covariance: Floats
@@ -398,7 +398,7 @@ def _inflation(fit: _Fit, sigma_known: bool) -> float:
 def _bound_term(
     table: _Table, terms: Sequence[Term], term: Term, largest: float, sigma_known: bool
 ) -> Coefficient:
-    """Return a term that was not chosen: zero, with what it may be at most."""
+    """Return a term that was not chosen: zero, with its upper bound."""
     fit = _fit_terms(table, (*terms, term), largest)
     if fit is None:
         return UNKNOWN_COEFFICIENT

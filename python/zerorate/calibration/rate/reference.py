@@ -266,7 +266,7 @@ def _integrate(rates: Floats, rate: float) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class _Windows:
-    """Windows that begin at each sample: what the reference turned by, and the gyro's integral."""
+    """Windows that begin at each sample: rotation of the reference, and the gyro's integral."""
 
     first: npt.NDArray[np.int64]
     rotation: Floats

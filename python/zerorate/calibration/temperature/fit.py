@@ -266,7 +266,7 @@ def _fit_axis(
 
 
 def _fit_hysteresis(both: _WhitenedColumns | None, column: int, degree: int) -> tuple[float, float]:
-    """Return by how much warming differs from cooling, and its error, infinite if none shows it."""
+    """Return the difference of warming and cooling, and its error, infinite if none shows it."""
     on = [*range(degree), MAX_DEGREE]
     if both is None or both.freedom - len(on) < _MIN_FREEDOM or not both.is_regular(on):
         return 0.0, np.inf

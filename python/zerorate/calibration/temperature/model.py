@@ -28,7 +28,7 @@ from zerorate.calibration.temperature.thermometer import (
 )
 from zerorate.faults import ArgumentError
 from zerorate.noise.coefficient import UNKNOWN_COEFFICIENT, Coefficient
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record.exporting import document_restore
 from zerorate.record.log import Log, LogError
 from zerorate.record.missing import floats
@@ -304,12 +304,12 @@ class TemperatureModel(Result):
         return rows
 
     def _parts(self, T: Floats) -> tuple[Floats, Floats]:
-        """Return the nearest temperature of the range, and how far the tangent goes from there."""
+        """Return the nearest temperature of the range, and the length of the tangent from there."""
         inside = np.clip(T, *self.range)
         return inside, np.clip(T - inside, -self.span, self.span)
 
     def _doubt(self, T: Floats, known: Booleans) -> Floats:
-        """Return the error of what is not in the coefficients."""
+        """Return the error that is not in the coefficients."""
         inside, beyond = self._parts(T)
         c = self.coefficients
         x = ((inside - self.reference) / KELVINS_PER_UNIT)[..., np.newaxis]
@@ -458,7 +458,7 @@ def _parse_mask(rests: npt.ArrayLike | None, n: int) -> Booleans | None:
 
 
 class _ThermometerReading(NamedTuple):
-    """Temperature of each sample, NaN without one; step of the thermometer; how many left out."""
+    """Temperature of each sample, NaN without one; step of the thermometer; number left out."""
 
     known: Floats
     step: float = 0.0
@@ -556,7 +556,7 @@ def _notes(model: TemperatureModel, blocks: Blocks, outlier_count: int) -> Seque
         notes.append("There is no temperature: the bias is that of the record, at any temperature.")
     elif model.span < MIN_SPANS_K[0]:
         notes.append(
-            f"Temperature moved by {to_digits(model.span, 2)} K only: the slope is not "
+            f"Temperature moved by {shorten(model.span)} K only: the slope is not "
             "identifiable below "
             f"{MIN_SPANS_K[0]:g} K. Record a warm-up from cold."
         )
@@ -569,8 +569,8 @@ def _notes(model: TemperatureModel, blocks: Blocks, outlier_count: int) -> Seque
     if model.step > 0.0:
         notes.append(f"The thermometer moves in steps of {model.step:g} K: read between them.")
     notes += [
-        f"{name}: the bias at equal temperature differs by {to_digits(hysteresis, 2)} ± "
-        f"{to_digits(hysteresis.sigma, 1)} "
+        f"{name}: the bias at equal temperature differs by {shorten(hysteresis)} ± "
+        f"{shorten(hysteresis.sigma, 1)} "
         f"{model.unit} between warming and cooling: the thermometer is not at the gyro's "
         "temperature, or the gyro has a memory."
         for name, hysteresis in zip(model.names, model.hystereses, strict=True)
@@ -578,6 +578,6 @@ def _notes(model: TemperatureModel, blocks: Blocks, outlier_count: int) -> Seque
     ]
     if blocks.still < 0.5:
         notes.append(
-            f"Only {to_digits(100.0 * blocks.still, 2)} % of the record is at rest and was used."
+            f"Only {shorten(100.0 * blocks.still)} % of the record is at rest and was used."
         )
     return notes

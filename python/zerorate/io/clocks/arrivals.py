@@ -108,7 +108,7 @@ class _Pauses:
         return _interquartile_range(_level_rises(level, width))
 
     def find_lost(self) -> tuple[float, Floats]:
-        """Return the period of the samples, and how many were lost in each pause."""
+        """Return the period of the samples, and the number of lost ones in each pause."""
         lost = np.zeros(len(self._length))
         for width in (WINDOW_ROWS, LONG_WINDOW_ROWS):
             for _ in range(MAX_ROUNDS):

@@ -1,4 +1,4 @@
-"""The clock of a live stream: what stamps show before later ones have come, and its revisions.
+"""The clock of a live stream: the estimate before later stamps arrive, and its revisions.
 
 The clock of a log (`zerorate.io.clocks.clock`) sees all stamps, this one those up to now. Both go
 by one rule: a sample stands one period after the one before, however late, coarse or equal their
@@ -400,7 +400,7 @@ class CausalClock:
             self._follow()
 
     def _set_widths(self, spread: float) -> None:
-        """Derive how many rows show how late stamps are, and how many make a level."""
+        """Set the number of rows that show the lateness of stamps, and that make a level."""
         self._left = self._rows = max(LONG_WINDOW_ROWS, int(_BLOCKS_PER_LEVEL * self._block))
         self._width = WINDOW_ROWS if spread <= 0.5 * self.period else self._left
 

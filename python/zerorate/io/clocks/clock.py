@@ -198,7 +198,7 @@ def _follow_wander(fit: _Fit, stamps: Floats, start: float) -> _Fit:
 
 
 def _add_wander(fit: _Fit, stamps: Floats, lump: float) -> _Fit:
-    """Return a fit with the wander of its stamps, and how far they are from its rate."""
+    """Return a fit with the wander of its stamps, and their distance from its rate."""
     # The rate is rounder than their slope, from which they deviate otherwise.
     deviation = stamps - fit.indices / fit.rate
     deviation -= np.median(deviation)
@@ -255,7 +255,7 @@ def _estimate_period(stamps: Floats, steps: Floats) -> float:
     near = np.abs(steps - middle) <= 0.5 * middle
     if middle > 0 and near.mean() >= 0.9:
         return float(steps[near].mean())
-    # Lost samples never to_digits a step: many short ones are late stamps or bursts.
+    # Lost samples never shorten a step: many short ones are late stamps or bursts.
     if np.mean(steps < 0.5 * middle) > 0.05 or middle <= 0:
         return _fit_period(stamps, np.arange(len(stamps)))
     # Coarse stamps even out over many rows, where lost samples do not.
@@ -314,7 +314,7 @@ def _fit_period(stamps: Floats, indices: Integers) -> float:
 
 
 def fit_rate(stamps: Floats, indices: Integers, start: float = 0.0) -> tuple[float, Floats]:
-    """Return the rate, Hz, of stamps whose places are known, and how far they are from it, s.
+    """Return the rate, Hz, of stamps with known indices, and their distances from it, s.
 
     It is the roundest one that they cannot distinguish from the fitted one.
     """

@@ -74,7 +74,7 @@ def _side_levels(deviation: Floats, rows: Integers, first: Integers, last: Integ
 
 
 def _correct_missing(stamps: Floats, missing: Floats, period: float) -> Floats:
-    """Return the missing samples corrected by how the stamps go on.
+    """Return the missing samples corrected by the later stamps.
 
     Around a rightly filled gap the stamps keep their level on the grid, other gaps being filled
     too; after a stall the clock makes up for, they fall back.

@@ -13,7 +13,7 @@ from zerorate.types import Floats, Integers
 
 @dataclass(frozen=True)
 class Grid:
-    """A uniform clock, and where the rows of a log stand on it.
+    """A uniform clock, and the indices of a log's rows on it.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ _MAX_ROWS_PER_STAMP: Final = 10
 
 @dataclass(frozen=True)
 class Stamps:
-    """Seconds since the first stamp, shape (n,), the first stamp itself, and what was assumed."""
+    """Seconds since the first stamp, shape (n,), the first stamp itself, and assumptions."""
 
     seconds: Floats
     start: float

@@ -60,7 +60,7 @@ than 120 Hz, those that count tenths of a millisecond no slower than 4 Hz in pra
 
 
 class Unit(NamedTuple):
-    """Counts a second, the Unix time of zero, s, and a sentence on how it was found, if any."""
+    """Counts a second, the Unix time of zero, s, and a sentence on its origin, if any."""
 
     per_second: float
     epoch: float = 0.0

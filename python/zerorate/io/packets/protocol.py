@@ -37,7 +37,7 @@ class Decoder(Protocol):
     """Takes bytes as they come, in pieces of any size."""
 
     def feed(self, raw: bytes) -> Iterator[Row | Damage]:
-        """Yield the samples that are complete with these bytes, and what is damaged."""
+        """Yield the samples that are complete with these bytes, and damage."""
 
 
 @dataclass(frozen=True)

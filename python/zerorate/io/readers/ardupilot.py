@@ -159,7 +159,7 @@ def _quaternions(message: Message) -> Floats:
 
 
 class _Sensor(NamedTuple):
-    """Fields that messages of a sensor have, and what makes columns of them."""
+    """Fields of a sensor's messages, and the functions that make columns of them."""
 
     needs: tuple[str, ...]
     columns: Callable[[Message], _Columns]
@@ -201,7 +201,7 @@ def _rank(name: str) -> int:
 
 
 def _vector(message: Message, field: str, name: str, default: float = 1.0) -> _Columns:
-    """Return the axes that messages have, times what they say or the factor of their firmware."""
+    """Return the axes of messages, times their factor or that of their firmware."""
     columns: _Columns = {}
     for axis in _AXES:
         key = f"{field}{axis.upper()}"

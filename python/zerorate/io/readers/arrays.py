@@ -1,4 +1,4 @@
-"""Arrays by name, or a single one, as a table: what NumPy files, HDF5, MAT and dicts hold."""
+"""Arrays by name, or a single one, as a table: for NumPy files, HDF5, MAT and dicts."""
 
 from __future__ import annotations
 

@@ -90,7 +90,7 @@ class Sensor(NamedTuple):
 
 
 class CameraContent(NamedTuple):
-    """A camera, its sensors, and what else its file holds."""
+    """A camera, its sensors, and the rest of its file."""
 
     camera: str
     sensors: list[Sensor]
@@ -202,7 +202,7 @@ def _interpolate_times(begins: Column, ticks: Floats, count: int) -> Column:
 
 
 def _find_orientation(packet: _Group) -> tuple[list[tuple[int, int]], str, str]:
-    """Return the channel and sign of each axis, what axes these are, and a note."""
+    """Return the channel and sign of each axis, their description, and a note."""
     orientation = packet.get("Orientation")
     if isinstance(orientation, str) and sorted(orientation.lower()) == ["x", "y", "z"]:
         order = [
@@ -223,7 +223,7 @@ def _find_orientation(packet: _Group) -> tuple[list[tuple[int, int]], str, str]:
 
 
 def _read_common(rows: Sequence[Mapping[str, Any]]) -> Iterator[Sensor]:
-    """Yield the sensors in what telemetry-parser makes of any camera, by its clock."""
+    """Yield the sensors of any camera as telemetry-parser reads them, by its clock."""
     times = np.array([row["timestamp_ms"] for row in rows], np.float64)
     for key, name in _COMMON_COLUMNS.items():
         is_present = [row.get(key) is not None for row in rows]

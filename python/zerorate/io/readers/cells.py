@@ -1,4 +1,4 @@
-"""Cells of text tables: how a line is taken apart into them, and which of them are numbers.
+"""Cells of text tables: splitting of lines, and detection of numbers.
 
 A cell never spans lines. Quotes belong to the table only where they enclose a whole cell; in a line
 in which some do not, all are ordinary characters.
@@ -27,7 +27,7 @@ _FORMULA: Final = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")
 
 
 def make_inert(text: str) -> str:
-    """Return a text as a cell that no spreadsheet takes for a formula, by an apostrophe before it.
+    """Return a text as a cell that no spreadsheet reads as a formula, by an apostrophe before it.
 
     The characters are those that OWASP names under "CSV Injection".
     """

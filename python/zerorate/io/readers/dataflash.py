@@ -104,7 +104,7 @@ class Message:
 
 @dataclass
 class DataFlash:
-    """Messages of a log by name, and what of it could not be read.
+    """Messages of a log by name, and its unreadable parts.
 
     ``lost_count`` and ``cut_count`` are damaged bytes, and those of a message that the log ends
     within; for a text they are lines, as ``counted_unit`` says.

@@ -53,7 +53,7 @@ _REMEDY: Final = (
 
 
 class Line(NamedTuple):
-    """A line of the file, counted from 1, and where it begins."""
+    """A line of the file, counted from 1, and its offset."""
 
     number: int
     offset: int
@@ -98,7 +98,7 @@ def find_layout(raw: bytes, names: tuple[str, ...] | None = None) -> tuple[Layou
         column_names, at = _find_header(cells, body, at)
         if column_names is None and all(cell in MISSING or is_value(cell) for cell in cells[at]):
             notes = (_begun(body[at]),)
-        # A space below the names is not what stands among the rows when a device is started anew.
+        # A space below the names is not what stands among the rows when a device is restarted.
         header = body[at].text if any(cells[at]) else None
     column_names = column_names and _mark_empty_times(column_names, cells[at_row:])
     layout = Layout(
@@ -293,9 +293,8 @@ def _describe_width(cells: list[str], row: list[str], line: int, row_line: int) 
     if len(row) == 2 * len(cells) and all(parse_whole(cell) is not None for cell in row):
         return (
             f"{sentence} {len(row)} whole numbers: they are written with a decimal comma, "
-            "which cannot "
-            "be told from the commas between cells; write semicolons between cells, or decimal "
-            "points"
+            "which cannot be distinguished from the commas between cells; write semicolons "
+            "between cells, or decimal points"
         )
     return f"{sentence} {len(row)} cells{_REMEDY}"
 
@@ -318,7 +317,7 @@ def _add_unit(name: str, cell: str) -> str:
 
 
 def _merge_names(rows: list[list[str]]) -> list[str]:
-    """Return one line of names from several: what stands above belongs to the cells to its right.
+    """Return one line of names from several: a cell above belongs to the cells to its right.
 
     Where that leaves names that repeat, the line on top names each repetition.
     """
@@ -335,7 +334,7 @@ def _merge_names(rows: list[list[str]]) -> list[str]:
 
 
 def _fill_cells(cells: list[str]) -> list[str]:
-    """Return cells with empty ones taking what stands to their left."""
+    """Return cells with empty ones filled from their left neighbour."""
     last = ""
     return [last := cell or last for cell in cells]
 

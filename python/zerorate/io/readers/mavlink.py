@@ -36,7 +36,7 @@ _AXES: Final = "xyz"
 
 
 class _MessageKind(NamedTuple):
-    """A kind of message: its number, the layout's byte, its fields, and what columns they make."""
+    """A kind of message: its number, the layout's byte, its fields, and its columns."""
 
     number: int
     crc_extra: int

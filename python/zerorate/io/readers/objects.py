@@ -178,7 +178,7 @@ def _make_array(name: str, values: Any) -> Column:  # noqa: ANN401
 
 
 def _fill_masked(array: Column) -> Column:
-    """Return the array with what is masked as NaN; a structured one as columns of its fields."""
+    """Return the array with masked values as NaN; a structured one as columns of its fields."""
     if array.dtype.names is None or not isinstance(array, np.ma.MaskedArray):
         return without_masks(array)
     fields = {name: without_masks(array[name]) for name in array.dtype.names}

@@ -71,7 +71,7 @@ def _value_bytes(field: Any) -> int:  # noqa: ANN401
 
 
 def _find_positions(listed: Sequence[str], wanted: Sequence[int]) -> tuple[list[str], list[int]]:
-    """Return the names to read, and where the columns then are: all of one name are read."""
+    """Return the names to read, and their columns' positions: all of one name are read."""
     names = list(dict.fromkeys(listed[i] for i in wanted))
     read = [i for name in names for i, own in enumerate(listed) if own == name]
     return names, [read.index(i) for i in wanted]

@@ -15,7 +15,7 @@ from zerorate.faults import keyword_argument, make_sentence
 from zerorate.io.readers.topics import choose_topic, has_gyro
 from zerorate.io.readers.ulog import Topic, ULog, parse_log
 from zerorate.io.table import Column, Content, Metadata, Table
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record.log import FORWARD_RIGHT_DOWN
 
 _Fields = Mapping[str, Column]
@@ -56,7 +56,7 @@ def _find_calibration(log: ULog) -> dict[str, float] | None:
 def _note_topics(
     tables: dict[str, Table], topics: Mapping[str, Topic], measured: Sequence[str]
 ) -> dict[str, Table]:
-    """Return the tables with what is to be said of each: the same device, faster samples."""
+    """Return the tables with notes on each: the same device, faster samples."""
     devices: dict[int, str] = {}
     noted = dict(tables)
     for name in measured:
@@ -275,7 +275,7 @@ def _describe_faults(log: ULog, size: int) -> tuple[str, ...]:
     if log.dropouts:
         plural = "" if log.dropouts == 1 else "s"
         notes.append(
-            f"{log.dropouts} dropout{plural} of the logger, {to_digits(1e-3 * log.dropped_ms)} s "
+            f"{log.dropouts} dropout{plural} of the logger, {shorten(1e-3 * log.dropped_ms, 3)} s "
             "in all"
         )
     return tuple(notes)

@@ -234,7 +234,7 @@ def _parse_formats(formats: list[bytes]) -> dict[str, str]:
 
 
 def _make_message_table(raw: bytes, names: list[str], label: str) -> Table | None:
-    """Return the table of a message; None if its rows are not what the names are of."""
+    """Return the table of a message; None if its rows do not match the names."""
     layout, _ = find_layout(raw)
     if len(names) != layout.width:
         return None
@@ -243,7 +243,7 @@ def _make_message_table(raw: bytes, names: list[str], label: str) -> Table | Non
 
 
 def split_by_label(table: Table) -> Content | None:
-    """Return the sensors of a table whose column of texts says of which one a row is."""
+    """Return the sensors of a table with a column of texts that names the sensor of each row."""
     if table.names is None or table.labels is None or _has_kind(table, *_KINDS):
         return None
     axes = [i for i, name in enumerate(table.names) if parse_name(name).kind == ""]
@@ -283,8 +283,8 @@ def _split_instances(table: Table, label: str) -> dict[str, Table]:
     parts = {name: tables[name] for name in sorted(tables, key=_natural_key)}
     others = ", ".join([*parts][1:])
     note = make_sentence(
-        f"column '{names[column]}' parts {len(parts)} sensors, of which {next(iter(parts))} "
-        "is the first; ",
+        f"column '{names[column]}' distinguishes {len(parts)} sensors, the first of which is "
+        f"{next(iter(parts))}; ",
         keyword_argument("topic"),
         f" reads another: {others}",
     )

@@ -132,7 +132,7 @@ def _listed_lines(raw: bytes) -> bytes:
 
 
 def _check_no_result(raw: bytes) -> None:
-    """Refuse what this package has saved: a mistaken argument, never a log."""
+    """Refuse a file that this package has saved: a mistaken argument, never a log."""
     match = re.match(rb'\{\s*"format": "zerorate ([\w -]+)"', raw.lstrip())
     if match is not None:
         raise LogError(f"the file holds a result of zerorate ({match[1].decode()}), expected a log")

@@ -128,7 +128,7 @@ class _Field(NamedTuple):
 
 
 class _RowSize(NamedTuple):
-    """Bytes that a row has, with and without what pads its end."""
+    """Bytes of a row, with and without the padding at its end."""
 
     min_bytes: int
     max_bytes: int

@@ -141,7 +141,7 @@ class _Worker(Generic[T, R]):
             return
 
     def end(self) -> TaskResult[T, R] | WorkerDeath[T]:
-        """Return the answer, or how the process died; one of them is there."""
+        """Return the answer, or the cause of the process's death; one of them is there."""
         try:
             return TaskResult(self._task, self.pipe.recv())
         except (EOFError, OSError):

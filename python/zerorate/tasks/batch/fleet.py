@@ -132,7 +132,7 @@ def fleet_of(logs: Mapping[str, Sequence[Row]], quantities: Sequence[Quantity]) 
     Notes
     -----
     B. Iglewicz, D. C. Hoaglin, "How to Detect and Handle Outliers", ASQC, 1993, has the score by
-    the median and its deviation; its limit of 3.5 is for one sample of moderate size.
+    the median and its standard deviation; its limit of 3.5 is for one sample of moderate size.
     """
     groups: dict[tuple[str, str], list[tuple[str, Row]]] = defaultdict(list)
     for log, rows in logs.items():

@@ -1,4 +1,4 @@
-"""The logs of a batch: what its patterns and folders name, without what zerorate has written."""
+"""The logs of a batch: by patterns and folders, without zerorate's own files."""
 
 import os
 import re

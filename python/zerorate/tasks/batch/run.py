@@ -82,7 +82,7 @@ class BatchResult(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """The notes on the logs with how many logs each is about, those of most logs first."""
+        """The notes on the logs with the number of logs for each, those of most logs first."""
         return tuple(
             make_sentence(f"{logs[0]}{_count_others(len(logs) - 1)}: ", note)
             for note, logs in self.logs_by_note.items()
@@ -298,7 +298,7 @@ def _check_pyarrow() -> None:
 def _make_tasks(
     log_files: Inputs, output: Path, settings: Settings, force: bool = False
 ) -> tuple[list[Task], list[Outcome]]:
-    """Return a task for each log, whose output mirrors its folder, and what cannot be one.
+    """Return a task for each log, whose output mirrors its folder, and the failures.
 
     Raises
     ------

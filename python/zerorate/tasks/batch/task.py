@@ -1,4 +1,4 @@
-"""One log of a batch: its settings, the function that every engine runs, and what it leaves."""
+"""One log of a batch: its settings, the function that every engine runs, and its output."""
 
 import hashlib
 import json
@@ -280,7 +280,7 @@ class Record:
 
 @dataclass(frozen=True)
 class Task:
-    """A log to work on: absolute paths, and what its record will say."""
+    """A log to work on: absolute paths, and the contents of its record."""
 
     name: str
     source: Path
@@ -340,7 +340,7 @@ def _describe_error(error: Exception, source: Path) -> str:
 
 
 def _given_names(**arguments: object) -> list[str]:
-    """Return the names of what is not None."""
+    """Return the names of values that are not None."""
     return [name for name, value in arguments.items() if value is not None]
 
 

@@ -85,7 +85,7 @@ def measure_or_nan(measure: Callable[[], object]) -> float:
 def mean_nis(result: AxisResult, where: Booleans) -> float:
     """Return the mean normalised innovation squared of some samples, NaN without innovations.
 
-    A sample in what the method takes for motion is not used, and has none.
+    A sample that the method considers motion is not used, and has none.
     """
     innovation, variance = result.innovation, result.innovation_variance
     if innovation is None or variance is None:

@@ -29,7 +29,7 @@ class Run(NamedTuple):
 
 
 class Peer(NamedTuple):
-    """A filter of another package: how that is imported, what runs it, and if it looks ahead."""
+    """A filter of another package: its import, its function, and a flag if it looks ahead."""
 
     package: str
     run: Callable[[Imu], Run]

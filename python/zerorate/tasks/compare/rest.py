@@ -11,7 +11,7 @@ from zerorate._native import exponential_mean
 from zerorate.metrics import BestEma
 from zerorate.noise.motion_check import moving_spans
 from zerorate.noise.records import is_constant
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record import LogError
 from zerorate.tasks.compare.measures import Row, mean_nis, measure_or_nan
 from zerorate.tasks.compare.methods import (
@@ -65,7 +65,7 @@ def rest_rows(
 
 
 def rest_notes(recording: Trial) -> Iterator[str]:
-    """Yield that there is no reference, and where the sensor seems to move nonetheless."""
+    """Yield that there is no reference, and the spans in which the sensor seems to move."""
     yield f"{recording.source}: without a reference, so it is taken to be at rest"
     for name, z in zip(recording.log.names, recording.log.data.T, strict=True):
         if is_constant(z, np.nanmax(z)):
@@ -89,7 +89,7 @@ class ScoredAxis:
         if not self._bests:
             raise LogError(
                 f"{recording.source}: {axis} holds no {HORIZONS[0]:g} s without missing samples to "
-                f"coast through after the first {to_digits(self._start)} s"
+                f"coast through after the first {shorten(self._start, 3)} s"
             )
 
     def run(self, method: MethodSpec, samples: Floats) -> AxisResult:
@@ -97,7 +97,7 @@ class ScoredAxis:
         return run_on_axis(method, samples, self._rate, self._gain, self._unit)
 
     def measure(self, method: MethodSpec, result: AxisResult, samples: Floats) -> dict[str, float]:
-        """Return the measures of what a method made of the samples it has seen."""
+        """Return the measures of a method's output for the samples it has seen."""
         values = {}
         for horizon in HORIZONS:
             estimate = result.estimate

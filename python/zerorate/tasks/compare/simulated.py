@@ -99,7 +99,7 @@ class Regret:
 
 
 class _Score(NamedTuple):
-    """Mean squared error of each record, shape (k,), how often it was within one sigma, causal."""
+    """Mean squared error of each record, shape (k,), its share within one sigma, causal."""
 
     squares: Floats
     coverage: float

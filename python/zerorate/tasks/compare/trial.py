@@ -1,4 +1,4 @@
-"""Trials: gyros of a recording, with or without what else measured their motion."""
+"""Trials: gyros of a recording, with or without another measurement of their motion."""
 
 from __future__ import annotations
 

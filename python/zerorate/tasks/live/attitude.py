@@ -299,7 +299,7 @@ class AttitudeEngine(TimedEngine):
 
     @property
     def opening(self) -> str:
-        """A sentence on which columns are of which sensor."""
+        """A sentence on the columns of each sensor."""
         labels, first_line = self.layout.labels, self._first_line
         groups = [", ".join(labels[i : i + 3]) for i in range(0, len(labels), 3)]
         parts = [f"gyro {groups[0]} in {first_line.gyro_unit}"]

@@ -45,7 +45,7 @@ class BacklogFilter:
     motion: MotionDetector[Any] | None = None
 
     def __post_init__(self) -> None:
-        """Derive how much is predicted in between."""
+        """Derive the prediction in between."""
         self._holds_in_motion = self.motion is not None and self.filter.params["motion"] == "hold"
         self._width = self.filter.channels or 1
         params = self.filter.params
@@ -80,7 +80,7 @@ class BacklogFilter:
             self._predict(self.pending_count)
 
     def snapshot(self) -> list[Any]:
-        """Return all that samples change: what is owed, the filter, what sees motion."""
+        """Return all that samples change: the pending count, the filter, the motion detector."""
         motion = None if self.motion is None else self.motion.to_bytes()
         return [self.pending_count, self.filter.to_bytes(), motion]
 

@@ -1,4 +1,4 @@
-"""The bytes of a stream's state, of any engine, and what they must hold."""
+"""The bytes of a stream's state, of any engine, and their required contents."""
 
 import zlib
 from collections.abc import Callable, Mapping, Sequence

@@ -90,7 +90,7 @@ class DriftEngine(TimedEngine):
         return (gyro, force), self.stamp(cells)
 
     def numbers(self, row: tuple[list[float], list[float]]) -> list[float]:
-        """Return the numbers that all are the same where a row repeats the one before."""
+        """Return the numbers that are all the same where a row repeats the one before."""
         return [*row[0], *row[1]]
 
     def feed(self, row: tuple[list[float], list[float]], step: Step, left_out: bool) -> None:
@@ -141,7 +141,7 @@ class DriftEngine(TimedEngine):
 
     @property
     def opening(self) -> str | None:
-        """A sentence on which columns are filtered, None if a line holds nothing but a sample."""
+        """A sentence on the filtered columns, None if a line holds nothing but a sample."""
         layout, passing = self.layout, self.layout.passthrough_labels
         if layout.names is None and not passing:
             count = layout.fields

@@ -9,7 +9,7 @@ from zerorate.tasks.live.view import View
 
 
 class Engine(ABC):
-    """Answers samples, and knows what of it a checkpoint must hold.
+    """Answers samples, and defines the contents of its checkpoints.
 
     An answer is all cells of a line that are no sample, then what the engine has to say.
 
@@ -28,7 +28,7 @@ class Engine(ABC):
     @property
     @abstractmethod
     def columns(self) -> Sequence[str]:
-        """Names of what an answer says."""
+        """Names of the columns of an answer."""
 
     def read(self, cells: Sequence[str]) -> Any:  # noqa: ANN401  # each engine has its own
         """Return the sample in the cells of a line; LineError if there is none."""
@@ -77,7 +77,7 @@ class Engine(ABC):
 
     @property
     def opening(self) -> str | None:
-        """A sentence on what the columns are, None if there is none to say."""
+        """A sentence on the columns, None if there is none to say."""
         return None
 
     def notice(self) -> str | None:

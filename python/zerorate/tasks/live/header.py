@@ -1,4 +1,4 @@
-"""What the first line of a stream states of its samples, if it is a comment."""
+"""Properties of a stream's samples that its first line states, if it is a comment."""
 
 from __future__ import annotations
 

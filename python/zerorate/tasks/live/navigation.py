@@ -266,7 +266,7 @@ class NavigationEngine(TimedEngine):
 
     @property
     def columns(self) -> Sequence[str]:
-        """Names of what an answer says."""
+        """Names of the columns of an answer."""
         return [
             *_COLUMNS,
             *(name for column in self._extra_columns for name in _EXTRA_COLUMNS[column]),

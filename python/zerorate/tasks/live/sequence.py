@@ -1,4 +1,4 @@
-"""The sequence numbers of a stream: what was lost, what came late, and where they wrap."""
+"""The sequence numbers of a stream: lost and late samples, and the wrap."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -16,7 +16,7 @@ _MIN_LEARNED_BITS: Final = 8
 
 @dataclass
 class SequenceCount:
-    """Counts what a source lost, by the numbers of the samples that came.
+    """Counts the samples that a source lost, by the numbers of those that came.
 
     A number that repeats, or is up to a second behind, comes late. One further back, or more than
     an hour ahead, is a source that restarted, and so is the last of 32 in a row that come late.

@@ -247,7 +247,7 @@ class Settings:
         )
 
     def _make_corrector(self, layout: Layout, accel: tuple[int, ...]) -> Corrector | None:
-        """Return what corrects a sample; ColumnError if the calibration is of other sensors."""
+        """Return the corrector of samples; ColumnError if the calibration is of other sensors."""
         if self.calibration is None:
             return None
         if len(layout.channels) != _AXES:

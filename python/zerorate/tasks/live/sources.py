@@ -35,7 +35,7 @@ class AddressError(ValueError):
 
 @dataclass(frozen=True)
 class SourceKind:
-    """A kind of source: how its address is typed, and what it is."""
+    """A kind of source: the form of its address, and its description."""
 
     address: str
     meaning: str
@@ -86,7 +86,7 @@ def _check_installed(module: str, what: str) -> None:
 
 
 def _end_line(message: bytes, protocol: PacketProtocol | None) -> bytes:
-    """Return a message with a line's end, where lines are what is read."""
+    """Return a message with a line's end, if the source is read by lines."""
     is_complete = message.endswith(b"\n") or not (protocol is None or protocol.lines)
     return message if is_complete else message + b"\n"
 
@@ -168,7 +168,7 @@ def _open_http(target: str, protocol: PacketProtocol | None) -> Iterator[_Read]:
             self.end_headers()
 
         def log_message(self, *_: object) -> None:
-            """Say nothing: stderr is for what is wrong with the samples."""
+            """Say nothing: stderr is for faults of the samples."""
 
     with ThreadingHTTPServer(_parse_host_port(target, "http"), Handler) as server:
         thread = threading.Thread(target=server.serve_forever, daemon=True)
@@ -212,7 +212,7 @@ def _read_notifications(
     pieces: queue.Queue[bytes | Exception],
     stopped: threading.Event,
 ) -> None:
-    """Put what a device notifies, nothing at its end, or the error that ends it."""
+    """Put a device's notifications, nothing at its end, or the error that ends it."""
     from bleak import BleakClient
 
     async def run() -> None:

@@ -1,4 +1,4 @@
-"""Samples on their clock: what a stream decides before later stamps come, and how it is mended."""
+"""Samples on their clock: decisions before later stamps come, and their corrections."""
 
 import base64
 import math
@@ -17,7 +17,7 @@ from zerorate.tasks.live.lines import Layout, LineError, position_of
 
 
 class StampClock(NamedTuple):
-    """The column of the stamps, what reads them, and their clock."""
+    """The column of the stamps, their reader, and their clock."""
 
     column: int
     cells: StampCells
@@ -67,7 +67,7 @@ _NEXT_STEP: Final = Step(0, None, math.nan)
 
 
 class TimedEngine(Engine):
-    """An engine whose samples may be seen again in the light of later ones.
+    """An engine that may process its samples again with later ones.
 
     While the clock or the check of rates is undecided, samples are kept next to what the filter was
     before them. If a decision is reversed, the filter takes them again as they should have been: it
@@ -214,7 +214,7 @@ class TimedEngine(Engine):
         return check_undecided or (self._clock is not None and self._clock.undecided > 0)
 
     def _revise_undecided(self) -> bool:
-        """Correct what is kept by what the last sample has shown; return True if that was wrong."""
+        """Correct the kept state by the last sample; return True if that was wrong."""
         steps = None if self.stamp_clock is None else self.stamp_clock.clock.revised
         if steps is not None:
             for undecided, step in zip(self._undecided_rows[-len(steps) :], steps, strict=True):
@@ -234,7 +234,7 @@ class TimedEngine(Engine):
             yield from self._check.sentences()
 
     def timing(self) -> dict[str, Any]:
-        """Return clock and check, and what is undecided, as JSON keeps it; nothing without."""
+        """Return clock and check, and undecided rows, as JSON keeps them; nothing without."""
         if self.stamp_clock is None and self._check is None:
             return {}
         snapshot = (
@@ -262,7 +262,7 @@ class TimedEngine(Engine):
         return [[_encode_bytes(x) for x in filter_], check]
 
     def go_on(self, saved: Mapping[str, Any]) -> None:
-        """Go on from what `timing` gave, the clock already being there."""
+        """Go on from the result of `timing`, the clock already being there."""
         self._lost = check_count(saved.get("lost", 0))
         if self._check is not None and saved.get("check") is not None:
             self._check.go_on(saved["check"])

@@ -31,7 +31,7 @@ _KINDS: Final[dict[str, type[EngineSettings]]] = {
 
 
 class LineStream:
-    """Answers each line with what its engine makes of the sample; can be saved between any two.
+    """Answers each line with its engine's result for the sample; can be saved between any two.
 
     A line holds one or several numbers with commas or blanks between; an empty cell or ``nan`` is
     a missing sample. The first line may name the columns; then those named like sensors are taken,
@@ -82,7 +82,7 @@ class LineStream:
 
     @property
     def position(self) -> int:
-        """The sample to go on with: its sequence number, else how many lines came before it."""
+        """The sample to go on with: its sequence number, else the number of lines before it."""
         return self._lines if self.settings.sequence is None else self.sequence.next
 
     @property
@@ -97,7 +97,7 @@ class LineStream:
 
     @property
     def opening(self) -> str | None:
-        """A sentence on what the columns are, None if there is none to say."""
+        """A sentence on the columns, None if there is none to say."""
         return self._require_engine.opening
 
     def take(self, line: str) -> str | None:

@@ -46,7 +46,7 @@ class View:
     euler_deg: tuple[float, ...] | None = None
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as JSON knows it: None in the place of what is no number."""
+        """Return it as JSON knows it: None in the place of numbers that are not finite."""
         return {
             "seconds": self.seconds,
             "names": list(self.names),

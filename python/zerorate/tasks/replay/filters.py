@@ -22,7 +22,7 @@ _StateArrays = tuple[Floats, Booleans, Booleans]
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Samples from `first` on of k axes, and what the filters said of them; arrays are (k, n).
+    """Samples from `first` on of k axes, and the filters' outputs; arrays are (k, n).
 
     `raw` is without saturated samples, which are missing. `bias` is by method; `bias_sigma`,
     `at_rest` and `stuck` are of the chosen one, where they are noted; `saturated` is there where

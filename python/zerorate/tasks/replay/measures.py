@@ -125,7 +125,7 @@ class Measures:
         self._native.take(block.raw, bias, rest, truth)
 
     def finish(self) -> ReplayMeasures:
-        """Return the scores and what was seen, when all blocks have come."""
+        """Return the scores and the statistics, when all blocks have come."""
         native = self._native.finish()
         sample_counts = SampleCounts(
             missing_count=native["missing"],

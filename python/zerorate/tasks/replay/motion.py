@@ -46,7 +46,7 @@ def motion_of(accel: LogFile, gyro: LogFile) -> Booleans:
 
 
 def note_on_motion(accel: LogFile, moving: Booleans, rate: float) -> str:
-    """Return the sentence that says what the accelerometer was used for."""
+    """Return the sentence on the use of the accelerometer."""
     names = ", ".join(accel.header.names)
     if not moving.any():
         return f"the accelerometer ({names}) shows no motion"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 import numpy as np
 
 from zerorate.faults import keyword_argument, make_sentence
-from zerorate.numerals import to_digits
+from zerorate.numerals import shorten
 from zerorate.record import Log
 from zerorate.record.log import Header, notes_of
 from zerorate.record.names import add_unit_suffix, split_unit
@@ -155,7 +155,7 @@ class Summary(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Sentences on the log's clock, gaps and assumptions, and on what the filter did."""
+        """Sentences on the log's clock, gaps and assumptions, and on the filter's actions."""
         return tuple(notes_on(self))
 
     @property
@@ -283,7 +283,7 @@ class Replays(Result):
 
 
 def notes_on(replay: Summary) -> Iterator[str]:
-    """Yield the sentences on the log, and on what the filter did."""
+    """Yield the sentences on the log, and on the filter's actions."""
     yield from _log_notes(replay)
     yield from describe_unlearned(replay)
     guarded = int(np.sum(replay.guard_count[replay.method]))
@@ -317,7 +317,7 @@ def _log_notes(replay: Summary) -> Iterator[str]:
 
 def _time_constant_notes(replay: Summary) -> Iterator[str]:
     times = {
-        name: "longer than the record" if math.isinf(seconds) else f"{to_digits(seconds)} s"
+        name: "longer than the record" if math.isinf(seconds) else f"{shorten(seconds, 3)} s"
         for name, seconds in zip(replay.header.names, replay.time_constant, strict=True)
         if not math.isnan(seconds)
     }
@@ -331,7 +331,7 @@ def _motion_notes(replay: Summary) -> Iterator[str]:
     if moved is None or not moved.any():
         return
     seconds = zip(replay.header.names, moved / replay.header.rate, strict=True)
-    listed = ", ".join(f"{name} {to_digits(time, 4)} s" for name, time in seconds if time)
+    listed = ", ".join(f"{name} {shorten(time, 4)} s" for name, time in seconds if time)
     yield (
         f"in motion, or not yet seen to rest, where nothing is learned: {listed}; all measures are "
         "of the rest"
@@ -339,7 +339,7 @@ def _motion_notes(replay: Summary) -> Iterator[str]:
 
 
 def describe_unlearned(replay: Summary) -> Iterator[str]:
-    """Yield a sentence on each axis of which the chosen filter learned nothing for certain."""
+    """Yield a sentence on each axis without certain rest, for the chosen filter."""
     needed, counts = (
         max(10, round(replay.params["startup"] * replay.header.rate)),
         replay.sample_counts,
@@ -377,7 +377,7 @@ def subtract_bias(raw: Floats, bias: Floats) -> Floats:
 def extra_names(names: Sequence[str], unit: str, limited: bool) -> Iterator[tuple[str, ...]]:
     """Yield the names of the columns next to a compensated log, axis by axis.
 
-    They are bias, its deviation, rest, a stuck sensor and, if there is a limit, a saturated one.
+    They are bias, its standard deviation, rest, a stuck sensor and, with a limit, a saturated one.
     """
     flags = ("at_rest", "stuck", "saturated") if limited else ("at_rest", "stuck")
     for name in names:

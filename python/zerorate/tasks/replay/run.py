@@ -53,7 +53,7 @@ def run_filters(
     progress: Progress | None = None,
     **options: Unpack[FilterOptions],
 ) -> Replay:
-    """Filter every axis of a log with several methods and measure what each one did.
+    """Filter every axis of a log with several methods and measure each method.
 
     It is `zerorate.replay` without the preparation and its defaults.
 

@@ -35,7 +35,7 @@ pub struct Fit {
 /// Weighting of a window's scatter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Trust {
-    /// As in the fit of a bias: another gyro's axes are not to be taken for errors of this one.
+    /// As in the fit of a bias: another gyro's axes must not look like errors of this one.
     Little,
     /// As the scatter of three means and axes is: of a gyro that fits, so that deviations are right.
     Full,

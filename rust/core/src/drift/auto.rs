@@ -111,8 +111,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.estimate
     }
 
-    /// Standard deviation of the mean drift over the next ten seconds about it; as long as what is
-    /// taken for rest may be motion, no less than a motion of the size of the samples would be off.
+    /// Standard deviation of the mean drift over the next ten seconds about it; while the assumed
+    /// rest may be motion, no less than the error of a motion of the samples' size.
     pub fn bias_sigma(&self) -> T {
         self.cautious(self.own_sigma(self.sigma))
     }
@@ -419,7 +419,7 @@ impl Default for AutoParams {
 }
 
 impl AutoParams {
-    /// Nothing is taken for rest before it has shown that it can be, where that is known.
+    /// Nothing counts as rest before it has shown that it can be, if limits are known.
     fn waits_for_rest(&self) -> bool {
         self.behaviour.hold_in_motion && self.limits.rest.is_some()
     }

@@ -60,7 +60,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
         Ok(learned)
     }
 
-    /// A new drift, from the mean of `samples` samples; what is known of the noise stays.
+    /// A new drift, from the mean of `samples` samples; the estimate of the noise stays.
     pub fn begin(&mut self, mean: T, samples: T) {
         let variance = self.sample_noise() / samples.at_least(T::one());
         self.bank.begin(mean, variance);
@@ -80,12 +80,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
         self.scaling.scale()
     }
 
-    /// True if a tick's noise is far from what is known: what was learned was not rest.
+    /// True if a tick's noise is far from the learned one: that was not rest.
     pub fn is_another(&self, tick: &Tick<T>) -> bool {
         self.noise.is_another(self.scaling.normalised_difference(tick.deviation))
     }
 
-    /// New noise, from its first tick; what is known of the drift stays.
+    /// New noise, from its first tick; the estimate of the drift stays.
     pub fn relearn_noise(&mut self, tick: &Tick<T>) {
         self.noise.relearn(self.scaling.normalised_difference(tick.deviation));
     }
@@ -260,7 +260,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> TickNoise<T> {
         self.of_means.interrupt();
     }
 
-    /// True if samples of this deviation are so far off that what was learned was not rest.
+    /// True if samples of this standard deviation differ so much that the learned state was not
+    /// rest.
     fn is_another(&self, deviation: T) -> bool {
         let (now, known) = (deviation * deviation, self.of_samples);
         now > known * T::of(MAX_VARIANCE_RATIO) || now * T::of(MAX_VARIANCE_RATIO) < known

@@ -381,7 +381,7 @@ impl LinearBank {
         }
     }
 
-    /// Writes down what is known after a step.
+    /// Writes down the state after a step.
     #[inline(always)]
     fn keep(&self, step: usize, known: &mut Known<'_>) {
         let covariances = self.covariance();

@@ -411,7 +411,7 @@ impl Covariance {
         new
     }
 
-    /// The same, but what is known of the bias of the gyro stays: it is considered, not corrected
+    /// The same, but the estimate of the gyro's bias stays: it is considered, not corrected
     /// (S. F. Schmidt, *Advances in Control Systems* 3, 1966).
     pub(crate) fn correct_considering(
         &mut self,

@@ -19,7 +19,7 @@ const MAX_DIFFERENCE_S: f64 = 1.5;
 const FADING: f64 = 0.03;
 const MIN_DIFFERENCES: u32 = 10;
 /// After so many seconds, and so many times the usual, without a fix no gate decides: how far a filter
-/// has drifted it knows only as well as its noise model. A position is taken if the next one agrees
+/// has drifted is known only by its noise model. A position is taken if the next one agrees
 /// with it; of velocities without positions all are for a while.
 const MIN_OUTAGE_S: f64 = 2.0;
 const MIN_OUTAGE_RATIO: f64 = 5.0;

@@ -71,7 +71,7 @@ impl Motion {
     #[inline(always)]
     pub(crate) fn turn(&mut self, step: &Step, frame: &Vector3<f64>) {
         let turned = self.attitude * rotation(&step.turn);
-        // What a square of the frame's turn would add, `settle` takes for a stretch.
+        // `settle` would treat the term of the frame's squared rotation as a stretch.
         self.attitude = turned - cross_columns(frame, &turned);
     }
 

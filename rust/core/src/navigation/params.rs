@@ -114,7 +114,7 @@ pub struct Start {
     pub quaternion: [f64; 4],
     /// True if the heading is known. Else it is taken from the course once the body moves forward.
     pub heading_known: bool,
-    /// True if the body moves forward, so that the course may be taken for the heading.
+    /// True if the body moves forward, so that the course may serve as the heading.
     pub course: bool,
     /// Time of that state, s: earlier samples and fixes are skipped.
     pub time: f64,

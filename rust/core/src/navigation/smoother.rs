@@ -476,7 +476,7 @@ fn full<const N: usize, const W: usize>(rows: &Rows<N, W>) -> Full<N> {
     Full::from_fn(|i, j| rows[i][j])
 }
 
-/// Of a covariance, with errors in units of their deviations. What is known is no part of it.
+/// Of a covariance, with errors in units of their deviations. Known constants are no part of it.
 fn inverse<const N: usize>(covariance: &Full<N>) -> Full<N> {
     let scale = covariance.diagonal().map(|x| if x > 0.0 { 1.0 / x.sqrt() } else { 0.0 });
     let mut scaled = Full::<N>::from_fn(|i, j| covariance[(i, j)] * scale[i] * scale[j]);

@@ -43,7 +43,7 @@ impl Times {
 pub(super) struct Decision<T> {
     pub times: Times,
     pub at_rest: bool,
-    /// The rest that the start was taken for was none.
+    /// The assumed rest at the start was none.
     false_start: bool,
     known: Option<RestModel<T>>,
     /// Model before the last change of level or noise.
@@ -94,7 +94,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         if self.known.is_some() { 0 } else { self.candidate.ticks }
     }
 
-    /// True if what is taken for rest may as well be motion, since nothing else has been seen.
+    /// True if the assumed rest may also be motion, since nothing else has been seen.
     pub(super) fn is_provisional(&self) -> bool {
         !self.proven
     }

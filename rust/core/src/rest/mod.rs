@@ -6,7 +6,7 @@
 //! level of the last rest begin the next.
 //!
 //! No gyroscope tells slow turning at one rate from a bias, and no sensor keeps its bias or its
-//! noise for ever. So a level not known before is taken for rest if it stands still: after 10 s,
+//! noise for ever. So a new level counts as rest if it stays constant: after 10 s,
 //! and about 11 s for each deviation of the samples that it lies off, 60 s at most. What was known
 //! before is kept and returned to in one and a half seconds. Of many such turns an accelerometer knows
 //! better: [`MotionDetector`].
@@ -64,7 +64,7 @@ pub struct Tick<T> {
     pub deviation: T,
     /// True if it belongs to a rest. A tick without samples tells nothing and does not.
     pub calm: bool,
-    /// Samples that were taken for outliers.
+    /// Number of outliers.
     pub outliers: u32,
     /// Samples that a stuck sensor gave.
     pub stuck: u32,
@@ -144,7 +144,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.decision.at_rest
     }
 
-    /// True if the assumed rest may also be motion: nothing louder has been seen so far, and
+    /// True if the assumed rest may also be motion: nothing louder has been seen to date, and
     /// it has not yet lasted for a minute. Never if there is a limit of what rest can be.
     pub fn is_provisional(&self) -> bool {
         self.decision.is_provisional()

@@ -203,7 +203,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
         self.is_near_level(self.distance(level), step)
     }
 
-    /// True if a mean level so far away is.
+    /// True if a mean level at this distance is.
     pub(super) fn is_near_level(&self, distance: T, step: T) -> bool {
         distance <= T::of(MAX_MEAN_SIGMAS) * self.noise.deviation() + one_step(step)
     }

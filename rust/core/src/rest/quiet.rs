@@ -54,7 +54,7 @@ impl Default for Quiet {
 }
 
 impl Quiet {
-    /// True if a tick lies so far from the mean that it is of another rest or of none.
+    /// True if a tick's distance from the mean shows another rest or none.
     #[inline(always)]
     pub fn is_left(&self, gyro: &Vector3<f64>, accel: &Vector3<f64>, limits: &QuietLimits) -> bool {
         let far = |one: &Vector3<f64>, mean: &Vector3<f64>, most: f64| {

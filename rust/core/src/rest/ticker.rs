@@ -34,7 +34,7 @@ const CENTRE_GAIN: f64 = 0.25;
 ///
 /// Samples are counted from the first one, in units of the first difference that is not zero, and
 /// summed up about the level of the ticks before, so neither an offset nor a unit costs precision.
-/// Those that a [`Gate`] takes for outliers, or that [`Repeats`] takes for a stuck sensor's, are not
+/// Outliers by a [`Gate`], and samples of a stuck sensor by [`Repeats`], are not
 /// in what a tick tells.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Ticker<T> {
@@ -91,7 +91,7 @@ pub(super) struct TickSums<T> {
     pub weight: T,
     /// One step of the sensor's output: no motion, however quiet it is.
     pub step: T,
-    /// Samples taken for outliers.
+    /// Number of outliers.
     pub outliers: u32,
     /// Samples of a sensor that is stuck.
     pub stuck: u32,
@@ -239,7 +239,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         self.repeats.is_stuck()
     }
 
-    /// Samples so far of which the end of the tick may say that they are outliers, or of a stuck sensor.
+    /// Samples to date that the end of the tick may call outliers, or those of a stuck sensor.
     pub(super) fn pending(&self) -> u32 {
         let waiting = self.plain.count.saturating_add(self.repeats.held());
         waiting.max(self.repeats.pending())

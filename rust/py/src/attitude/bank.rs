@@ -39,7 +39,7 @@ pub trait AttitudeBank: AnyBank {
     /// Rates of each that were given and left out.
     fn rates_left_out(&self) -> Vec<u64>;
     fn wrong_gravity(&self) -> Option<f64>;
-    /// Puts down what is known after each sample.
+    /// Writes the state after each sample.
     fn trace(&mut self, rows: &[f64], parts: &mut Parts) -> Result<(), Error>;
     /// The smoothed samples of a record.
     fn smooth(&self, columns: &Columns<'_>, n: usize) -> Result<Parts, Error>;
@@ -137,7 +137,7 @@ where
     }
 }
 
-/// The parts of what is known after a sample.
+/// The parts of the state after a sample.
 pub fn fields() -> &'static [zerorate_core::stream::Field] {
     Snapshot::FIELDS
 }

@@ -37,7 +37,7 @@ pub fn read<C: Default>(
     Ok(constants)
 }
 
-/// Refuses what is known of the bias where the method has no use for it.
+/// Refuses a prior of the bias if the method does not use it.
 pub fn check_bias(method: &str, bias: bool, sigma: bool, limit: bool) -> PyResult<()> {
     for (name, given, methods) in [
         ("bias", bias, BIAS_METHODS),

@@ -423,7 +423,7 @@ impl<B: MotionBank + ?Sized> Shared<B> {
         self.answer(z.py())
     }
 
-    /// [`process`](Self::process) of samples with what is known of the body's motion at each.
+    /// [`process`](Self::process) of samples with the known motion of the body at each.
     pub fn process_while<'py>(
         &mut self,
         z: &Bound<'py, PyAny>,

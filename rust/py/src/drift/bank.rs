@@ -46,7 +46,7 @@ pub trait AnyDrift {
     fn power_on(&mut self) -> bool;
     /// Takes a sample, after which the body is known to move, or nothing is known of it.
     fn take(&mut self, z: f64, moving: bool);
-    /// [`take`](Self::take) of each, `moving` empty if nothing is known; notes what is known then.
+    /// [`take`](Self::take) of each, `moving` empty if nothing is known; notes the state then.
     fn follow(&mut self, z: &[f64], moving: &[bool], noted: NotedRow<'_>);
 }
 

@@ -386,8 +386,9 @@ getters! { DriftFilter, slf, py, this;
     /// Samples to date that were left out as outliers, counted a quarter second at a time, by
     /// ``"robust"`` at once: int, with channels (k,). Zero for a published method that looks for none.
     outlier_count: Object<'py> = this.each(py, |filter| filter.tally().outliers)?;
-    /// Samples so far that a stuck sensor gave, counted a quarter second at a time: int, with channels
-    /// (k,). Zero for a published method that neither rejects outliers nor holds in motion.
+    /// Samples to date that a stuck sensor gave, counted a quarter second at a time: int, with
+    /// channels (k,). Zero for a published method that neither rejects outliers nor holds in
+    /// motion.
     stuck_count: Object<'py> = this.each(py, |filter| filter.tally().stuck)?;
     /// The start-up is over: bool, with channels (k,).
     ready: Object<'py> = this.each(py, |filter| filter.ready())?;

@@ -36,7 +36,7 @@ pub fn read(rate: f64, given: Option<&Bound<'_, PyDict>>) -> PyResult<(Options, 
     Ok((options, channels))
 }
 
-/// Refuses a limit of rest where every sample is taken for rest.
+/// Refuses a limit of rest where every sample counts as rest.
 fn check_limits(options: &Options) -> PyResult<()> {
     let limits = [("rest_limit", options.limits.rest), ("bias_limit", options.limits.bias)];
     match limits.iter().find(|(_, limit)| limit.is_some()) {

@@ -41,7 +41,7 @@ readings! { DriftFilter;
     /// that of the bias as their model has it. 0 before the first sample, when nothing is known.
     bias_sigma;
     /// The filter learns, since the sensor is not seen to move: bool, with channels (k,). True from
-    /// the first sample on unless ``rest_limit`` is given, since the start is taken for rest until
+    /// the first sample on unless ``rest_limit`` is given, since the start counts as rest until
     /// motion is seen (``status`` tells), and always with ``motion="ignore"``.
     at_rest;
     /// The last sample was at or beyond ``limit``: bool, with channels (k,).

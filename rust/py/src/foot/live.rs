@@ -179,8 +179,9 @@ getters! { FootFilter, slf, py, this;
     bound: Object<'py> = this.shared.each(py, Core::bound)?;
     /// Stances to date.
     stance_count: Object<'py> = this.shared.each(py, Core::stances)?;
-    /// The largest rate about an axis so far, rad/s. While it is below 1.75, 100 deg/s, this is no foot
-    /// that walks: a machine that drives smoothly counts as standing, and its way is not found.
+    /// The largest rate about an axis to date, rad/s. While it is below 1.75, 100 deg/s, this is no
+    /// foot that walks: a machine that drives smoothly counts as standing, and its way is not
+    /// found.
     fastest: Object<'py> = this.shared.each(py, Core::fastest)?;
     /// Moments of stances that the filter did not believe since it began.
     rejection_count: Object<'py> = this.shared.each(py, Core::rejections)?;

@@ -395,7 +395,7 @@ impl Errors {
         self.covariance == self.covariance.transpose() && all.is_covariance(1e3)
     }
 
-    /// Takes over what is known of the matrix alone.
+    /// Takes over the estimate of the matrix alone.
     pub fn keep_matrix(&mut self, other: &Self) {
         for i in MATRIX..VELOCITY {
             for j in MATRIX..VELOCITY {

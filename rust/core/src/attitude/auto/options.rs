@@ -14,7 +14,7 @@ pub struct AutoOptions {
     pub bias: [f64; 3],
     /// Its standard deviation.
     pub bias_sigma: [f64; 3],
-    /// Largest bias that such a gyro has, rad/s: a rate beyond is never taken for rest.
+    /// Largest bias that such a gyro has, rad/s: a rate beyond it never counts as rest.
     pub bias_limit: f64,
     /// M in `rate = M (gyro - bias)`, its rows.
     pub matrix: [[f64; 3]; 3],

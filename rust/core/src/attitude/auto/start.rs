@@ -60,7 +60,7 @@ impl Start {
         Some(Quaternion::new(half, sum.y * scale, -sum.x * scale, 0.0).normalize())
     }
 
-    /// Begins once more, with what is known of the heading.
+    /// Begins once more, with the known heading.
     pub fn again(&mut self) {
         *self = Self { north: self.north, ..Self::default() };
     }

@@ -310,7 +310,7 @@ impl<const Q: usize> WithSimd for Sweep<'_, Q> {
 
 impl<const Q: usize> Sweep<'_, Q> {
     /// Samples before a segment are zero: at the mean of the record, and without innovations. Were
-    /// a single sample taken for the level, its noise would stay as long as the drift's, and no
+    /// a single sample used as the level, its noise would stay as long as the drift's, and no
     /// faint drift would be worth it.
     #[inline(always)]
     fn add_segment<S: Simd>(&self, simd: S, y: &[f64], lines: &mut Lines, total: &mut Sums) {

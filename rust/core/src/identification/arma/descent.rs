@@ -52,7 +52,7 @@ const MIN_DECREASE: f64 = 1e-2;
 /// Sums of squares whose relative difference is less are equal: what rounding makes of a million
 /// terms.
 const ROUNDING: f64 = 1e-12;
-/// A coordinate moves at most so far in a step; none needs more where the model is good.
+/// Largest move of a coordinate in a step; none needs more where the model is good.
 const MAX_MOVE: f64 = 3.0;
 /// The first radius, in deviations of the residuals: a coefficient moves by that much.
 const INITIAL_RADIUS: f64 = 0.3;

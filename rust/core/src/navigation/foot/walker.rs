@@ -282,7 +282,7 @@ impl NavigationFilter {
         observer.record_start(&self.covariance, &self.motion);
     }
 
-    /// Takes the velocity for zero, with this noise; what is known of the gyro's bias stays. Returns
+    /// Corrects by zero velocity, with this noise; the estimate of the gyro's bias stays. Returns
     /// what was new, normalised and squared.
     fn take_standing(&mut self, noise: f64, found: &mut Errors) -> f64 {
         let z = self.motion.velocity;
