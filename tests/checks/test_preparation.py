@@ -1,7 +1,9 @@
 """The preparation of recordings: faults of any kind drawn are found, and what is right stays."""
 
+import runpy
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from zerorate.geometry.rotations import rotate
 KINDS = ("pendulum", "spinning pendulum", "arm", "vehicle", "circle", "hand")
 G = 9.80665
 SEEDS = range(6)
+BODIES = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "foot_bodies.py"))
 
 
 @cache
@@ -79,6 +82,14 @@ class TestGravity:
         hand = motion().recording().accel
         for log in (walk, hand):
             assert not lacks_gravity(log.with_data(scale * log.data))
+
+    @pytest.mark.parametrize("kind", BODIES["FEET"])
+    @pytest.mark.parametrize("gravity", [0.0, G])
+    def test_it_is_missed_on_a_foot_however_fast(self, kind, gravity):
+        for seed in range(3):
+            _, rate, *samples = BODIES["foot"](seed, kind, 100.0, 20.0, gravity)
+            recording = BODIES["recording"](samples[0], rate, *samples[1:])
+            assert lacks_gravity(recording.accel, recording.gyro) == (gravity == 0.0), seed
 
     def test_less_than_five_seconds_are_not_judged(self):
         made = motion(duration=4.0)

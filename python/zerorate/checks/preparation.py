@@ -223,7 +223,11 @@ def _report_dead_axes(recording: Recording, choices: Choices) -> Step:
 
 
 def _restore_gravity(recording: Recording, choices: Choices) -> Step:
-    return Step(*restore_gravity(recording, choices.accel_name(recording), choices.gravity))
+    return Step(
+        *restore_gravity(
+            recording, choices.accel_name(recording), choices.gravity, gyro=choices.gyro
+        )
+    )
 
 
 def _apply_correction(recording: Recording, choices: Choices) -> Step:
@@ -352,7 +356,8 @@ PREPARATIONS: Final = (
     ),
     Preparation(
         GRAVITY,
-        "the mean force of windows of 0.25 s: the smallest twentieth, against the largest tenth",
+        "the mean force of windows of 0.25 s: the smallest twentieth, against the largest tenth; of "
+        "violent motion, that of windows of 0.1 s where the gyro turns least",
         "below 0.25 g and a quarter of the largest tenth: with gravity 0.35 on a runner's foot",
         "gravity columns are added, if there are any; else tasks that need gravity refuse",
         "columns",
