@@ -1,7 +1,7 @@
 """Feet and other bodies, simulated: what the tests of a foot's swings are tried on.
 
-``foot(seed)`` and ``other(seed)`` return a kind, a sample rate, Hz, and times, rates and forces of a
-sensor at 48 to 400 Hz, mounted in any direction. Each kind draws its size, speed and noise.
+``foot(seed)`` and ``other(seed)`` return a kind, a sample rate, Hz, and times, rates and forces of
+a sensor at 48 to 400 Hz, mounted in any direction. Each kind draws its size, speed and noise.
 """
 
 import math
@@ -11,6 +11,7 @@ import numpy as np
 import zerorate as zr
 
 GRAVITY = 9.81
+UP = np.array([0.0, 0.0, 1.0])
 RATES = (48.0, 50.0, 62.5, 100.0, 128.0, 200.0, 250.0, 400.0)
 SECONDS = 40.0
 FEET = {
@@ -57,7 +58,7 @@ def sensed(pose, rate, seconds, draws, *, shake=None, gravity=GRAVITY):
     gyro = np.stack([change[:, 2, 1], change[:, 0, 2], change[:, 1, 0]], axis=1)
     gyro -= np.stack([change[:, 1, 2], change[:, 2, 0], change[:, 0, 1]], axis=1)
     gyro /= 4.0 * h
-    force = np.einsum("nji,nj->ni", attitude, acceleration + [0.0, 0.0, gravity])
+    force = np.einsum("nji,nj->ni", attitude, acceleration + gravity * UP)
     if shake is not None:
         force += shake(t)
     mount = turned(*draws.uniform(-math.pi, math.pi, (3, 1)))[0]
@@ -76,9 +77,10 @@ def shocks(at, size, draws):
     def ringing(t):
         k = np.searchsorted(at, t, side="right") - 1
         since = np.where(k >= 0, t - at[np.maximum(k, 0)], 1e3)
-        return sizes[np.maximum(k, 0)] * (
-            np.exp(-since / fades) * np.sin(2.0 * np.pi * frequency * since)
-        )[:, np.newaxis]
+        return (
+            sizes[np.maximum(k, 0)]
+            * (np.exp(-since / fades) * np.sin(2.0 * np.pi * frequency * since))[:, np.newaxis]
+        )
 
     return ringing
 
@@ -97,9 +99,7 @@ def walked(kind, draws, seconds=SECONDS):
     if rest == 0.0:
         begins -= draws.uniform(0.0, swing + stance)
     headings = np.concatenate([[0.0], np.cumsum(turns)])
-    steps = lengths[:, np.newaxis] * np.column_stack(
-        [np.cos(headings[:-1]), np.sin(headings[:-1])]
-    )
+    steps = lengths[:, np.newaxis] * np.column_stack([np.cos(headings[:-1]), np.sin(headings[:-1])])
     places = np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
     climb = 0.17 * (kind == "stairs")
     roll_over = draws.uniform(0.02, 0.08)
@@ -174,7 +174,7 @@ def wander(draws, count, low, high):
 
 
 def drifting(draws, angle, distance, low, high):
-    """Return a pose that wanders by these angles, rad, and distances, m, at some frequencies, Hz."""
+    """Return a pose that wanders by angles, rad, and distances, m, at some frequencies, Hz."""
     parts = [wander(draws, 8, low, high) for _ in range(6)]
 
     def pose(t):
@@ -222,7 +222,7 @@ def circling(draws):
 
 
 def door(draws):
-    """Return a pose: a door that is thrown open and shut, and rests between."""
+    """Return a pose: a door that is thrown open and shut, and stands between as a foot does."""
     width, cycle = draws.uniform(0.5, 0.9), draws.uniform(2.5, 4.0)
     moves, wide = draws.uniform(0.5, 0.9), draws.uniform(0.8, 1.5)
 
@@ -290,7 +290,6 @@ OTHERS = (
     "drone",
     "stick",
     "pedal",
-    "door",
     *MOTIONS,
 )
 
@@ -330,7 +329,11 @@ def lift(seed, rate=100.0):
     time, gyro, accel = joined(*parts, rate=rate)
     begin = walks[0].time[-1] - 0.5 * stands + wait
     step = 0.5 / rate
-    velocity = lambda t: speed * (eased((t - begin) / ramp) - eased((t - begin - ramp - cruise) / ramp))  # noqa: E731, E501
+
+    def velocity(t):
+        since = t - begin
+        return speed * (eased(since / ramp) - eased((since - ramp - cruise) / ramp))
+
     sign = draws.choice([-1.0, 1.0])
     accel[:, 2] += sign * (velocity(time + step) - velocity(time - step)) / (2.0 * step)
     accel += 0.03 * np.column_stack([wander(draws, 6, 0.2, 1.0)(time) for _ in range(3)])

@@ -39,8 +39,8 @@ def lacks_gravity(accel: Log, gyro: Log | None = None) -> bool:
 
     Evidence is the mean force in windows of 0.25 s. With gravity the smallest of these are near
     1 g, however the body moves; without, acceleration to and fro passes through zero. A sensor in
-    free fall looks the same. Where forces are large all the time, as on a runner's foot, evidence is
-    the mean force in windows of 0.1 s in which the gyro turns least: there a foot stands.
+    free fall looks the same. Where most forces are large, as on a runner's foot, evidence is the
+    mean force in windows of 0.1 s in which the gyro turns least: there a foot stands.
 
     Parameters
     ----------

@@ -356,8 +356,8 @@ PREPARATIONS: Final = (
     ),
     Preparation(
         GRAVITY,
-        "the mean force of windows of 0.25 s: the smallest twentieth, against the largest tenth; of "
-        "violent motion, that of windows of 0.1 s where the gyro turns least",
+        "the mean force of windows of 0.25 s: the smallest twentieth, against the largest tenth; "
+        "of violent motion, that of windows of 0.1 s where the gyro turns least",
         "below 0.25 g and a quarter of the largest tenth: with gravity 0.35 on a runner's foot",
         "gravity columns are added, if there are any; else tasks that need gravity refuse",
         "columns",

@@ -182,6 +182,11 @@ getters! { FootFilter, slf, py, this;
     fastest: Object<'py> = this.shared.each(py, Core::fastest)?;
     /// Moments of stances that the filter did not believe since it began.
     rejection_count: Object<'py> = this.shared.each(py, Core::rejections)?;
+    /// The share of the time of the last six swings that passes for a foot's, 0 to 1; NaN before there are
+    /// as many. Below 0.5 it is on no foot: a wrist, a hand or a pocket.
+    foot_share: Object<'py> = this.shared.each(py, Core::foot_share)?;
+    /// How often its level was wrong, and it began again where it was, with the heading hardly known.
+    relevel_count: Object<'py> = this.shared.each(py, Core::relevelled)?;
     /// Samples given so far, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
     /// Seconds by which what is told is behind the last sample.
