@@ -16,6 +16,7 @@ from zerorate.faults import ArgumentError, Sentence, make_sentence, sentence_of
 from zerorate.record.missing import floats, real_numbers
 from zerorate.texts import escape_line
 from zerorate.types import Booleans, Floats
+from zerorate.views import Tabular
 
 FORWARD_RIGHT_DOWN: Final = "forward, right, down"
 """Axes of a body's sensors, as autopilots have them."""
@@ -66,7 +67,7 @@ def check_rate(rate: object) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Log:
+class Log(Tabular):
     """Channels of one recording on a uniform time grid.
 
     Parameters

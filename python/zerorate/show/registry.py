@@ -141,4 +141,5 @@ register(
         name: View(*(f"zerorate.show.{place}" for place in views))  # table, figure
         for name, views in VIEWS.items()
     },
+    columns="zerorate.show.columns:columns_of",
 )

@@ -11,6 +11,7 @@ use zerorate_core::linear::{
 };
 
 use crate::common::arrays::{self, Record};
+use crate::common::elements::usual_row;
 use crate::common::errors::NativeError;
 use crate::common::getters::{Object, getters};
 use crate::common::rules::{self, Rule};
@@ -537,10 +538,7 @@ impl Row {
         }
         let axes: Vec<usize> = channels.into_iter().chain([size]).collect();
         // What loops give most often.
-        if let [size] = axes[..]
-            && let Some(values) = arrays::usual_row(given)
-            && values.len() == size
-        {
+        if let Some(values) = usual_row(given, &axes) {
             return Ok(Self::Many(values));
         }
         let fits =

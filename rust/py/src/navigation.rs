@@ -11,6 +11,7 @@ use zerorate_core::navigation::{
 use zerorate_core::{Error, checkpoint, memory};
 
 use crate::common::arrays;
+use crate::common::elements;
 use crate::common::errors::NativeError;
 use crate::common::getters::{Object, getters};
 use crate::common::rules::{self, Rule};
@@ -710,7 +711,7 @@ fn lever(name: &str, given: Option<&Bound<'_, PyAny>>) -> PyResult<[f64; 3]> {
 /// Three numbers, NaN for what is None.
 #[inline]
 fn three(name: &str, given: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
-    if let Some(usual) = arrays::three(given) {
+    if let Some(usual) = elements::three(given) {
         return Ok(usual);
     }
     if given.is_none() {

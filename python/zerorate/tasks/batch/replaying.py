@@ -52,10 +52,11 @@ def _replay_log(settings: "Settings", source: Path, output: Path) -> LogOutput:
         *notes_of(result.header, evenly_spaced=True),
         *describe_unlearned(result),
     )
-    return LogOutput(_rows(result), notes)
+    return LogOutput(replay_rows(result), notes)
 
 
-def _rows(result: Summary) -> tuple[Row, ...]:
+def replay_rows(result: Summary) -> tuple[Row, ...]:
+    """Return one row of counts, scores and learned noise for each axis of a replay."""
     scores = {(score.axis, score.method): score for score in result.scores}
     history = result.history
     noise, drift = last_finite(history.angle_random_walk), last_finite(history.rate_random_walk)
