@@ -146,21 +146,26 @@ def harmonics(draws, fades=(1.0, 0.4, 0.2)):
 
 
 def swinging(draws, amplitude, frequency, arm, bounce, speed):
-    """Return a pose: a limb of some length, m, swings about its upper end, which bounces along."""
+    """Return a pose: a limb of some length, m, swings about its upper end, which bounces along.
+
+    No limb repeats itself: its pace and its size wander by some hundredths.
+    """
     pitch, roll, yaw = (harmonics(draws) for _ in range(3))
     up, side = harmonics(draws, (0.3, 1.0, 0.3)), harmonics(draws)
+    late, size = wander(draws, 6, 0.05, 0.4), wander(draws, 6, 0.05, 0.4)
 
     def pose(t):
-        angle = waves(t, pitch, amplitude, frequency)
-        tilt = waves(t, roll, 0.2 * amplitude, frequency)
+        paced, sized = t + 0.03 / frequency * late(t), 1.0 + 0.08 * size(t)
+        angle = sized * waves(paced, pitch, amplitude, frequency)
+        tilt = sized * waves(paced, roll, 0.2 * amplitude, frequency)
         position = np.column_stack(
             [
                 speed * t + arm * np.sin(angle),
-                waves(t, side, bounce, frequency),
-                waves(t, up, bounce, frequency) - arm * np.cos(angle),
+                waves(paced, side, bounce, frequency),
+                waves(paced, up, bounce, frequency) - arm * np.cos(angle),
             ]
         )
-        return position, (waves(t, yaw, 0.3 * amplitude, frequency), angle, tilt)
+        return position, (waves(paced, yaw, 0.3 * amplitude, frequency), angle, tilt)
 
     return pose
 

@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Final, Literal, NamedTuple, TypeAlias
 
+import numpy as np
+
 from zerorate.checks.check import check
 from zerorate.checks.clipped import ClippedAxis, restore_recording
 from zerorate.checks.constant import describe_dead_axes, drop_absent_sensors, mask_frozen_field
@@ -247,8 +249,13 @@ def check_axes(
     recording: Recording, gyro: str, accel: str | None = None, *, scale: bool = True
 ) -> Checks:
     """Return what motion shows of units and axes, of `zerorate.check`."""
-    # Rates that are clipped fit other axes better than their own.
-    whole, _ = restore_recording(recording, gyro=gyro, certain=False)
+    # Rates that are clipped, and what replaces them, fit other axes better than their own.
+    whole, sides = restore_recording(recording, gyro=gyro, certain=False)
+    if sides:
+        rates = recording[gyro]
+        changed = (whole[gyro].data != rates.data).any(axis=1)
+        known = rates.with_data(np.where(changed[:, np.newaxis], np.nan, rates.data))
+        whole = replace(recording, logs={**recording, gyro: known})
     return check(whole, gyro=gyro, accel=accel, scale=scale)
 
 

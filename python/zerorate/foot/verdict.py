@@ -71,7 +71,7 @@ def describe_doubts(time: Floats, outputs: dict[str, Any], swings: Swings) -> It
     yield from swings.notes(time)
     if not len(stances):
         yield "it never stands: where it went is not known, and it may be on no foot"
-    elif _seconds_in(_mask_moving(len(time), stances), time) < _MIN_SWING_S:
+    elif not swings.are_judged:
         yield (
             "it never swings, and counts as standing all the time: a machine that drives smoothly "
             "looks the same, and its way is not found"
@@ -87,7 +87,7 @@ def describe_doubts(time: Floats, outputs: dict[str, Any], swings: Swings) -> It
     if share > _MAX_REJECTED_SHARE:
         yield (
             f"{100.0 * share:.0f} % of its stances contradict the track: it may be on no foot, or "
-            "its gyro clipped"
+            "turn beyond the range of its gyro"
         )
 
 

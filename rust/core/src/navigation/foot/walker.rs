@@ -34,7 +34,7 @@ const MAX_STANCE_NIS: f64 = 100.0;
 const MAX_REJECTION_S: f64 = 0.15;
 const WRONG_LEVEL_VARIANCE_RAD2: f64 = 1e-3;
 /// Twice within so many seconds its level is wrong altogether: the force says another.
-const MAX_WRONG_LEVEL_S: f64 = 5.0;
+const MAX_WRONG_LEVEL_S: f64 = 20.0;
 /// Variance of a heading that is not known, rad².
 const UNKNOWN_HEADING_VARIANCE_RAD2: f64 = core::f64::consts::PI * core::f64::consts::PI / 3.0;
 /// The same floor, m, and its deviation, m.
