@@ -56,6 +56,16 @@ def test_right_walks_and_drives_stay_as_they_are(seed):
     assert drop_held_fixes(drive.fixes) == (drive.fixes, ())
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("kind", ["hand", "arm"])
+def test_a_wrong_axis_is_seen_in_spite_of_clipping(kind, seed):
+    made = motion(kind, seed)
+    limit = np.quantile(np.abs(made.gyro).max(axis=1), 0.97)
+    wrong = np.clip(made.gyro, -limit, limit) * [1.0, -1.0, 1.0]
+    alarms = prepare(with_log(made.recording(), "gyro", wrong)).alarms
+    assert any("y axis has the sign other than" in alarm for alarm in alarms)
+
+
 class TestGravity:
     @pytest.mark.parametrize("kind", KINDS)
     def test_it_is_missed_and_named(self, kind):
