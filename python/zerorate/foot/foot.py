@@ -209,9 +209,9 @@ class FootTrack(SmoothableTrack, Result):
         if self._lead is not None:
             begin = self._lead.begin
             biases = np.array([parts["gyro_bias"][begin], parts["accel_bias"][begin]])
-            names = ("position", "velocity", "quaternion")
-            moved = self._lead.replace_in(self.time, *(parts[name] for name in names), biases)
-            parts.update(zip(names, moved, strict=True))
+            track = parts["position"], parts["velocity"], parts["quaternion"]
+            moved = self._lead.replace_in(self.time, track, biases)
+            parts["position"], parts["velocity"], parts["quaternion"] = moved
         return replace(self, **parts)
 
     def georeference(

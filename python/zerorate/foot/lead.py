@@ -75,14 +75,23 @@ class Lead(NamedTuple):
         return variance
 
     def replace_in(
-        self, time: Floats, position: Floats, velocity: Floats, quaternion: Floats, biases: Floats
+        self, time: Floats, track: tuple[Floats, Floats, Floats], biases: Floats
     ) -> tuple[Floats, Floats, Floats]:
         """Return a track of n samples that goes back from the last as that is known now.
 
         Position and heading of the first are zero.
+
+        Parameters
+        ----------
+        time : ndarray, shape (n,)
+            s.
+        track : tuple of ndarray
+            Positions and velocities, (n, 3), and quaternions, (n, 4).
+        biases : ndarray, shape (2, 3)
+            Of gyro and accelerometer at the last.
         """
         first, begin = self.first, self.begin
-        position, velocity, quaternion = position.copy(), velocity.copy(), quaternion.copy()
+        position, velocity, quaternion = (values.copy() for values in track)
         back = self.go_back(time, quaternion[begin], biases)
         position[first:begin] = position[begin] + back[0]
         velocity[first:begin], quaternion[first:begin] = back[1:]

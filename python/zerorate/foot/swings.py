@@ -127,7 +127,8 @@ class Swings:
         """Return them from the rows of the compiled filter, shape (m, 10)."""
         start, end = rows[:, :2].astype(np.int64).T
         duration = np.maximum(rows[:, 2], _MIN_SWING_S)
-        return cls(start, end, duration, *rows[:, 3:8].T, -rows[:, 8], rows[:, 9])
+        turn, depth, tilt, lean, way, down, sigma = rows[:, 3:].T
+        return cls(start, end, duration, turn, depth, tilt, lean, way, -down, sigma)
 
     def __len__(self) -> int:
         """Return the number of swings."""
