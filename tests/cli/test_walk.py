@@ -42,7 +42,7 @@ def test_all_that_is_written(cli, foot, out):
 
 
 def test_without_a_start_there_are_no_maps(cli, foot, out):
-    code, told, _ = cli(foot, "--no-figure", "--clipped", "leave", "--assume-foot", "-o", out)
+    code, told, _ = cli(foot, "--no-figure", "--clipped", "leave", "-o", out)
     assert (code, names(out)) == (0, [f"{STEM}.parquet"])
     assert "clipped" not in told
 

@@ -35,7 +35,7 @@ def test_clipped_rates_are_restored_once_and_said_once():
     np.testing.assert_array_equal(found.position, own.position)
     said = [text for text in (*found.alarms, *found.notes) if "clipped" in text]
     assert len(said) == len(own.clipped) == 2
-    left = zr.walk(clipped, clipped="leave", assume_foot=True)
+    left = zr.walk(clipped, clipped="leave")
     assert not any("clipped" in text for text in (*left.alarms, *left.notes))
 
 

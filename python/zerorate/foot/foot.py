@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import NavigationRecord, foot_track
-from zerorate.checks.clipped import ClippedAxis, clipped_axes
+from zerorate.checks.clipped import ClippedAxis, clipped_axes, restore_clipped
 from zerorate.faults import ArgumentError
 from zerorate.foot.lead import FRD_TO_FLU, HALF_TURN_ABOUT_X, Lead
 from zerorate.foot.lifts import Ride, describe_rides, find_rides, ride_variance
@@ -372,7 +372,7 @@ class FootNavigation:
         self._check_rate(time)
         outputs, steps = self._run_filter(samples, keep == "all")
         swings = Swings.from_rows(outputs["swings"])
-        if not self._assume_foot:
+        if not (self._assume_foot or self._leaves_clipped(samples)):
             refuse_other_bodies(time, samples.gyro, outputs["stances"], swings)
         clipped = clipped_axes(outputs["clipped"], samples.gyro)
         rides = () if self._floor else find_rides(time, samples.gyro, samples.accel)
@@ -427,6 +427,13 @@ class FootNavigation:
                 raise
             # Nobody has given the times: they are the recording's.
             raise LogError(f"{', '.join(samples.log.names)}: {error}") from None
+
+    def _leaves_clipped(self, samples: Samples) -> bool:
+        """Return True if clipped rates are left, of which a foot's swings look like no foot's."""
+        if self._restore:
+            return False
+        rate = (len(samples.time) - 1) / float(samples.time[-1] - samples.time[0])
+        return bool(restore_clipped(samples.gyro, rate).clipped)
 
     def _check_rate(self, time: Floats) -> None:
         if self._rate is None or len(time) < 2:

@@ -7,9 +7,6 @@ use crate::navigation::earth::LocalEarth;
 use crate::navigation::filter::quaternion;
 use crate::navigation::motion::{Motion, Step};
 
-/// Seconds that are gone back at most.
-pub(super) const MAX_LEAD_S: f64 = 3.0;
-
 /// Where the foot stands, and what is taken off its sensors, rad/s and m/s².
 #[derive(Debug, Clone, Copy)]
 pub struct Stand {

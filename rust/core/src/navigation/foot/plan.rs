@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::beginning::{AtRest, Beginning, is_gravity};
 use super::bound::bound;
 use super::clip::{Clipped, restore_clipped};
-use super::lead::{MAX_LEAD_S, Stand, go_back};
+use super::lead::{Stand, go_back};
 use super::static_intervals::{StaticInterval, find};
 use super::{
     GRAVITY, HALF_LEVEL_S, MAX_FIRST_REST_S, MAX_HELD_S, MAX_VALLEY_RATIO, MIN_RATE_HZ,
@@ -21,6 +21,8 @@ const NEIGHBOURHOOD_S: f64 = 0.7;
 
 /// Without a rest it begins in one of the stances of so many seconds.
 const START_S: f64 = 3.0;
+/// Seconds that are gone back before it at most.
+const MAX_LEAD_S: f64 = 3.0;
 
 /// What a person chooses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
