@@ -15,9 +15,10 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 ///
 /// The live form of `FootNavigation`: the same filter, stances as valleys of the same speed bound, seen
 /// from the 1.5 s before, and the rates that it learns from rests. What is told is that of the sample
-/// ``delay`` seconds ago, about 0.05 s, for the bound needs samples on both sides, or 0.1 s with a range. The frame is that of
-/// the start: x ahead, where the sensor's first axis looks, level, y to the left, z up; begun at rest
-/// it begins anew with each better rest, in motion with each lower bound of the first second.
+/// ``delay`` seconds ago, about 0.05 s, for the bound needs samples on both sides, or 0.1 s with a stated
+/// range. The frame is that of the start: x ahead, where the sensor's first axis looks, level, y to the
+/// left, z up; begun at rest it begins anew with each better rest, else in the deepest valley of the bound
+/// in 1.5 s. Nothing is told before a rest has lasted half a second or that valley has ended.
 ///
 /// A sample that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the one before for a tenth of
 /// a second, then the deviations grow. Where some are lost give NaN in their place, for time is counted
@@ -30,8 +31,9 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 /// floor : {None, "level"}
 ///     "level": a stance within 0.1 m of the height before is as high as that.
 /// gyro_range : float, optional
-///     What the gyro can tell at most, rad/s, as its data sheet says: faster rates are restored from
-///     their flanks as far as these are seen within ``delay``, and believed less.
+///     What the gyro can tell at most, rad/s, as its data sheet says; by default found from the samples so
+///     far, where the flanks of peaks promise more than they show. Faster rates are restored from their
+///     flanks as far as these are seen within ``delay``, and believed less.
 /// channels : int, optional
 ///     Feet side by side; ``None`` is a single one.
 ///
