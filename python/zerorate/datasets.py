@@ -1,4 +1,4 @@
-"""Public recordings by name, downloaded once: what the tutorials run on.
+"""Public recordings by name, downloaded once, for the tutorials.
 
 A recording is pinned to a commit of its repository. A file whose SHA-256 differs is refused; where
 the package does not know it, the first download keeps it next to the file.
@@ -228,5 +228,5 @@ def _read_checksum(path: Path) -> str:
 
 
 def __dir__() -> list[str]:
-    """Show what is public."""
+    """Return the public names."""
     return __all__

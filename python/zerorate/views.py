@@ -1,4 +1,4 @@
-"""Views of results: the table and the figure of each, found by its class when they are asked for.
+"""Views of results: the table and the figure of each, found by its class on request.
 
 What shows results registers itself here; a result knows nothing of how it is shown.
 """
@@ -54,15 +54,15 @@ _COLUMN_MAKERS: list[str] = []
 
 
 def add_registrar(module: str) -> None:
-    """Say which module registers views; it is imported when the first one is asked for."""
+    """Add a module that registers views; it is imported at the first request for one."""
     _REGISTRARS.append(module)
 
 
 def register(package: str, views: Mapping[str, View], columns: str) -> None:
     """Register the views of results, by ``"module.Class"`` within a package.
 
-    Nothing is imported before a view is asked for. `columns` names the function that turns any log
-    or result into columns and metadata, ``"module:name"``.
+    Nothing is imported before the first request for a view. `columns` names the function that turns
+    any log or result into columns and metadata, ``"module:name"``.
     """
     _VIEWS.update({f"{package}.{name}": view for name, view in views.items()})
     _COLUMN_MAKERS[:] = [columns]
@@ -188,7 +188,7 @@ class Result(Tabular):
     __slots__ = ()
 
     def table(self) -> str:
-        """Return what was found as text, for a terminal or a page."""
+        """Return the result as text, for a terminal or a page."""
         return table_of(self)
 
     def plot(self) -> Figure:
@@ -253,5 +253,5 @@ class Result(Tabular):
         return self.table()
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: the table and the figure, small."""
+        """Return the view in a notebook: the table and the figure, small."""
         return html_of(self)

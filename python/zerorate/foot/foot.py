@@ -20,6 +20,7 @@ from zerorate.foot.verdict import describe_doubts, refuse_other_bodies
 from zerorate.geometry.earth import offset_position
 from zerorate.geometry.rotations import product
 from zerorate.navigation.track import SmoothableTrack, Steps, interpolate_steps, smooth_steps
+from zerorate.numerals import shorten
 from zerorate.record import Log, LogError, Recording
 from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats
@@ -56,14 +57,14 @@ class GeodeticTrack:
 
 
 class Origin(NamedTuple):
-    """Where a walk starts on the earth.
+    """Start of a walk on the earth.
 
     Attributes
     ----------
     latitude, longitude : float
         deg.
     heading : float
-        Where x of the track points, rad from north over east.
+        Direction of the track's x, rad from north over east.
     height : float
         m.
 
@@ -104,29 +105,29 @@ class FootTrack(SmoothableTrack, Result):
         Standard deviations of position, velocity, orientation about x, y, z, and of the biases; m,
         m/s, rad, rad/s, m/s^2. Those of position and heading are since the start.
     stances : ndarray of int, shape (s, 2)
-        First sample and past the last of each time at which the foot stands.
+        First sample and past the last of each stance.
     lowest : ndarray of int, shape (s,)
-        The sample of each at which it moves least.
+        Sample of least motion in each stance.
     rests : ndarray of int, shape (r, 2)
-        First sample and past the last of what the gyro's bias was learned from.
+        First sample and past the last of the rests from which the gyro's bias was learned.
     clipped : tuple of ClippedAxis
         Axes at which the gyro was clipped.
     bound : ndarray, shape (n,)
-        The speed bound, m/s, of which stances are the valleys.
+        The speed bound, m/s, whose minima are the stances.
     rejection_count : int
-        Moments of stances that the filter did not believe.
+        Number of nodes of stances that the filter rejected.
     swings : Swings
-        From stance to stance, and which of them pass for a foot's.
+        From stance to stance, with the tests that a foot's swings pass.
     rides : tuple of Ride
-        Rides in a lift: their height is not in the track, but in its deviation.
+        Rides in a lift: the track does not contain their height, its standard deviation does.
     smoothed : bool
-        Whether each sample was seen in the light of the whole recording.
+        True if each sample was smoothed with the whole recording.
     source : str
         Name of the recording.
     notes : tuple of str
         Sentences on what was restored, left out or assumed.
     alarms : tuple of str
-        What contradicts the recording, a sentence each.
+        Contradictions in the recording, a sentence each.
     origin : Origin, optional
         Where the walk starts on the earth.
 
@@ -181,7 +182,7 @@ class FootTrack(SmoothableTrack, Result):
         best = ", smoothed" if self.smoothed else ""
         return (
             f"FootTrack({self.n} samples in {span:.6g} s, {len(self.stances)} stances, "
-            f"{self.distance:.4g} m{best})"
+            f"{shorten(self.distance, 4)} m{best})"
         )
 
     def strides(self) -> Strides:
@@ -271,38 +272,39 @@ class FootTrack(SmoothableTrack, Result):
 class FootNavigation:
     """Position and attitude of a sensor on a foot, from its gyro and accelerometer alone.
 
-    Now and then the foot stands, and its velocity is zero. Stances are the valleys of a bound of
-    the speed, without a threshold that is tuned to a sensor or a gait, and the noise of the zero
-    velocity comes of the same bound. Rates that the gyro clipped at its range are restored first;
-    its bias is learned where the foot rests for half a second, never from zero velocities. A whole
-    recording is worked at once; `zerorate.FootFilter` is the live form. Without a rest at the start
-    it begins in the first deep stance, and goes back to the samples before it.
+    Now and then the foot stands, and its velocity is zero. Stances are the minima of a bound of the
+    speed, without a threshold tuned to a sensor or a gait, and the noise of the zero velocity
+    follows from the same bound. Rates that the gyro clipped at its range are restored first; its
+    bias is learned where the foot rests for half a second, never from zero velocities. It processes
+    a whole recording; `FootFilter` is the live form. Without a rest at the start it
+    begins in the first deep stance, and integrates the samples before it backwards.
 
-    What is on no foot is refused: a wrist, a hand, a pocket, a vehicle. Their swings are not those
-    of a foot, which turns fast, stands, and stands level in the same way each time.
+    Motion that is not a foot's is refused: a wrist, a hand, a pocket, a vehicle. A foot rotates
+    fast in its swings, stands between them, and stands with the same tilt each time.
 
     Parameters
     ----------
     rate : float, optional
         Samples a second, if it is to be checked against the recording's.
     floor : {None, "level"}, default None
-        "level": stances within 0.1 m of the floor so far are on it; higher or lower ones begin
-        another, as a stair does. It flattens ramps of less than 0.1 m a stride.
+        "level": stances within 0.1 m of the current floor are on it; higher or lower ones begin
+        another, as on a stair. It flattens ramps of less than 0.1 m a stride.
     restore : bool, default True
-        Whether rates that the gyro clipped are restored.
+        Restore rates that the gyro clipped.
     assume_foot : bool, default False
         Navigate even if the motion is not that of a foot.
 
     Raises
     ------
     ValueError
-        If a parameter is out of its range.
+        If a parameter is out of range.
 
     Notes
     -----
-    Between 48 and some thousand samples a second. A sample that is not finite is missing: the one
-    before for a tenth of a second, then the deviations grow; after a gap of more than a second the
-    track goes on from where it was, with deviations that say how far the foot may have gone.
+    Between 48 and some thousand samples a second. A sample that is not finite is missing: the last
+    one replaces it for a tenth of a second, then the standard deviations grow. After a gap of more
+    than a second the track continues from its last position, with standard deviations for the
+    distance that the foot may have gone.
 
     Examples
     --------

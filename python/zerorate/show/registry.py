@@ -1,4 +1,4 @@
-"""Which table and which figure show each result: registered in `zerorate.views`."""
+"""Tables and figures of each result, registered in `zerorate.views`."""
 
 from typing import Final
 
@@ -21,6 +21,7 @@ VIEWS: Final = {
     "attitude.estimate.AttitudeEstimate": (
         "attitude_table:format_attitude",
         "attitude_figure:plot_attitude",
+        "attitude_view:attitude_view",
     ),
     "calibration.calibration.Calibration": (
         "calibration_table:format_calibration",

@@ -19,7 +19,7 @@ pub const WIDTH: usize = 10;
 /// Instants whose samples are put side by side at once.
 const ROWS: usize = 64;
 
-/// What one call gives.
+/// Arguments of one call.
 #[derive(Debug, Clone, Copy)]
 pub struct Given<'a, 'py> {
     pub gyro: &'a Bound<'py, PyAny>,
@@ -105,7 +105,7 @@ pub struct Batch<'py> {
 }
 
 impl Batch<'_> {
-    /// What of them the work needs.
+    /// The columns that the work needs.
     pub fn columns(&self) -> PyResult<Columns<'_>> {
         let mut sensors = Vec::with_capacity(self.sensors.len());
         for (first, samples) in &self.sensors {

@@ -119,7 +119,7 @@ pub fn taken<'py, T, const N: usize>(
     rules::call(owner.py(), Rule::Samples, (owner.as_any(), names, given))?.extract()
 }
 
-/// Whether it tells nothing of itself, neither rate nor unit.
+/// True if it tells nothing of itself, neither rate nor unit.
 fn is_usual(z: &Bound<'_, PyAny>) -> bool {
     z.is_exact_instance_of::<PyUntypedArray>()
         || z.is_exact_instance_of::<PyFloat>()

@@ -1,4 +1,4 @@
-//! Where the filter of a foot begins: at rest, or in motion.
+//! Beginning of a foot's filter: at rest, or in motion.
 
 use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -21,14 +21,14 @@ const MIN_LEVEL_SHARE: f64 = 0.01;
 /// Of the heading at a rest, rad.
 const HEADING_SIGMA_RAD: f64 = 1e-6;
 
-/// What is known of a gyro and an accelerometer at rest.
+/// Estimates of a gyro and an accelerometer at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct AtRest {
     pub gyro_bias: Vector3<f64>,
     pub force: f64,
 }
 
-/// Where the filter begins.
+/// Beginning of the filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Beginning {
     pub attitude: Matrix3<f64>,
@@ -97,7 +97,7 @@ pub(super) fn valley_level(bound: f64) -> f64 {
     if tilt > LEVEL_SIGMAS_RAD[1] { tilt } else { LEVEL_SIGMAS_RAD[1] }
 }
 
-/// Whether a force may be gravity.
+/// True if a force may be gravity.
 pub(super) fn is_gravity(size: f64) -> bool {
     (size - GRAVITY).abs() < MAX_GRAVITY_ERROR_M_S2
 }

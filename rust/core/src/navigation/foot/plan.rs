@@ -1,4 +1,4 @@
-//! What is looked up in a whole recording before the filter runs over it.
+//! Search of a whole recording before the filter runs over it.
 
 use nalgebra::Vector3;
 
@@ -24,21 +24,21 @@ const START_S: f64 = 3.0;
 /// Seconds that are gone back before it at most.
 const MAX_LEAD_S: f64 = 3.0;
 
-/// What a person chooses.
+/// Parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Feet {
-    /// Whether the floor is level, steps excepted.
+    /// True if the floor is level, steps excepted.
     pub level: bool,
-    /// Whether rates that the gyro clipped are restored.
+    /// True if rates that the gyro clipped are restored.
     pub restore: bool,
 }
 
-/// Where the foot stands: first sample and past the last, of nodes of the covariance.
+/// Stance of the foot: first sample and past the last, of nodes of the covariance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stance {
     /// First and past the last.
     pub samples: (usize, usize),
-    /// Where the bound is lowest.
+    /// Index of the lowest bound.
     pub lowest: usize,
 }
 
@@ -50,26 +50,26 @@ pub struct Plan {
     pub gyro: Vec<[f64; 3]>,
     /// See `gyro`.
     pub accel: Vec<[f64; 3]>,
-    /// What restored rates are wrong by: density of a white noise, rad²/s.
+    /// Error of restored rates: density of a white noise, rad²/s.
     pub variance: Vec<f64>,
     /// The speed bound, m/s.
     pub bound: Vec<f64>,
-    /// What was clipped.
+    /// Clipped runs.
     pub clipped: Vec<Clipped>,
     /// In their order; one at the start is among them.
     pub static_intervals: Vec<StaticInterval>,
-    /// Where the foot may stand, whether or not the filter believes it.
+    /// Possible stances, accepted by the filter or not.
     pub stances: Vec<Stance>,
     /// The sample at which the filter begins, and the first of those before it that are known.
     pub begin: (usize, usize),
-    /// Whether each node is one of a stance.
+    /// True if each node is one of a stance.
     pub(super) stands: Vec<bool>,
     /// The mean step, s.
     pub(super) dt: f64,
     /// Samples between two nodes.
     pub(super) every: usize,
     pub(super) beginning: Beginning,
-    /// Whether the first of the rests is at the start.
+    /// True if the first of the rests is at the start.
     pub(super) rested: bool,
 }
 
@@ -242,7 +242,7 @@ fn mean_about(accel: &[[f64; 3]], k: usize, half: usize) -> Vector3<f64> {
     mean(&accel[k.saturating_sub(half)..(k + half + 1).min(accel.len())])
 }
 
-/// Whether the foot may stand at each node.
+/// True if the foot may stand at each node.
 fn standing(bound: &[f64], every: usize, round: usize) -> Result<Vec<bool>, Error> {
     let n = bound.len();
     let mut found = memory::room(n / every)?;

@@ -24,7 +24,7 @@ pub struct Walk<'a> {
     found: Vec<Swing>,
 }
 
-/// What was known after each sample.
+/// State after each sample.
 #[derive(Debug)]
 pub struct Trodden<'a> {
     /// From where it began, m: ahead, right and down of where the sensor's first axis looked.
@@ -76,7 +76,7 @@ impl<'a> Walk<'a> {
         self.walker.relevelled
     }
 
-    /// Stances' nodes that were not believed so far.
+    /// Stances' nodes that were not believed to date.
     pub fn rejections(&self) -> u64 {
         self.walker.rejections
     }
