@@ -22,8 +22,13 @@ def check_twin(recording, floor):
     last = (track.n - 1) // twin.every * twin.every
     # The swings, lifts and the samples before the first stance add to the variance of positions.
     sigma = track.sigma[last].copy()
+    added = np.zeros(3)
     if track._more_variance is not None:
-        sigma[:3] = np.sqrt(sigma[:3] ** 2 - track._more_variance[last])
+        added += track._more_variance[last]
+    if track._lead is not None:
+        at_begin = track.sigma[track._lead.begin]
+        added += track._lead.variance(track.time, track.position, at_begin)[last]
+    sigma[:3] = np.sqrt(sigma[:3] ** 2 - added)
     assert np.abs(sigma - twin.sigma).max() < TOLERANCE
     return track
 

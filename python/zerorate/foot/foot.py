@@ -213,6 +213,8 @@ class FootTrack(SmoothableTrack, Result):
             track = parts["position"], parts["velocity"], parts["quaternion"]
             moved = self._lead.replace_in(self.time, track, biases)
             parts["position"], parts["velocity"], parts["quaternion"] = moved
+            added = self._lead.variance(self.time, parts["position"], sigma[begin])
+            parts["sigma"] = _add_variance(parts["sigma"], added)
         return replace(self, **parts)
 
     def georeference(
@@ -386,9 +388,11 @@ class FootNavigation:
             outputs["position"][:, 2], clipped=bool(clipped), level=self._floor is not None
         )
         more[:, 2] += ride_variance(rides, len(time))
-        if lead is not None:
-            more += lead.variance(time, outputs["sigma"][begin])[:, np.newaxis]
         position = outputs["position"] * FRD_TO_FLU
+        sigma = _add_variance(outputs["sigma"], more)
+        if lead is not None:
+            added = lead.variance(time, position, outputs["sigma"][begin])
+            sigma = _add_variance(sigma, added)
         return FootTrack(
             time=time,
             position=position - position[first],
@@ -398,7 +402,7 @@ class FootNavigation:
             ),
             gyro_bias=outputs["gyro_bias"],
             accel_bias=outputs["accel_bias"],
-            sigma=_add_variance(outputs["sigma"], more),
+            sigma=sigma,
             stances=outputs["stances"][:, :2],
             lowest=outputs["stances"][:, 2],
             rests=outputs["rests"],

@@ -55,23 +55,31 @@ class Lead(NamedTuple):
         around = np.broadcast_to(HALF_TURN_ABOUT_X, turns.shape)
         return position * FRD_TO_FLU, velocity * FRD_TO_FLU, product(around, turns)
 
-    def variance(self, time: Floats, sigma: Floats) -> Floats:
-        """Return the variance of positions that these samples add, m², shape (n,).
+    def variance(self, time: Floats, position: Floats, sigma: Floats) -> Floats:
+        """Return the variance of positions that these samples add, m², shape (n, 3).
 
-        Positions count from the first, velocity and tilt are known at the last.
+        Positions count from the first, velocity and tilt are known at the last. A tilt takes
+        gravity for a level acceleration, and level ones for a vertical one.
 
         Parameters
         ----------
         time : ndarray, shape (n,)
             s.
+        position : ndarray, shape (n, 3)
+            m.
         sigma : ndarray, shape (15,)
             Standard deviations at the last, of which those of velocity and tilt count.
         """
         whole = float(time[self.begin] - time[self.first])
         since = np.clip(time - time[self.first], 0.0, whole)
         speed = float(np.linalg.norm(sigma[3:6]) / math.sqrt(3.0))
-        push = _GRAVITY_M_S2 * float(np.linalg.norm(sigma[6:8]) / math.sqrt(2.0))
-        variance: Floats = (speed * since) ** 2 + (push * since * (whole - 0.5 * since)) ** 2
+        tilt = float(np.linalg.norm(sigma[6:8]) / math.sqrt(2.0))
+        way = np.linalg.norm(position[:, :2] - position[self.first, :2], axis=1)
+        way[: self.first] = 0.0
+        way[self.begin :] = way[self.begin]
+        fall = _GRAVITY_M_S2 * since * (whole - 0.5 * since)
+        lengths = np.column_stack([fall, fall, way])
+        variance: Floats = (speed * since[:, np.newaxis]) ** 2 + (tilt * lengths) ** 2
         return variance
 
     def replace_in(
