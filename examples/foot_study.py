@@ -41,7 +41,7 @@ RELATIVE = 0.001
 """White noise of the gyro that the filter takes for given: rad/s/sqrt(Hz), and that by rate."""
 BIAS = math.radians(0.3)
 RANGE = math.radians(500.0)
-"""What the live filter may be told of the gyros."""
+"""Range of the gyros that the live filter may be given, rad/s."""
 
 
 def reference(path):
@@ -153,8 +153,8 @@ def heading(quaternion):
 def simulated_rows():
     """Yield errors of a minute beside the deviations that the filter tells."""
     cases = {
-        "as the filter takes it, rest before": (2.0, NOISE, RELATIVE, BIAS),
-        "the same, never at rest": (0.0, NOISE, RELATIVE, BIAS),
+        "consumer gyro, rest before": (2.0, NOISE, RELATIVE, BIAS),
+        "consumer gyro, no rest": (0.0, NOISE, RELATIVE, BIAS),
         "a twentieth of the noise, rest before": (2.0, NOISE / 20, RELATIVE / 20, BIAS),
     }
     for name, (rest, noise, relative, bias) in cases.items():

@@ -35,7 +35,7 @@ def navigated(time, gyro, accel, **options):
 
 
 def verdict(time, gyro, accel):
-    """Return share, and whether it is navigated, noted, refused or never swings."""
+    """Return the share and the verdict: navigated, noted, refused or never swings."""
     track = navigated(time, gyro, accel, assume_foot=True)
     try:
         navigated(time, gyro, accel)

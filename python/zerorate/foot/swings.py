@@ -1,4 +1,4 @@
-"""Swings of a track, and whether they are a foot's."""
+"""Swings of a track, and the tests that those of a foot pass."""
 
 from __future__ import annotations
 

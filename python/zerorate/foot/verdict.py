@@ -1,4 +1,4 @@
-"""Whether a track is that of a foot: refusals and notes."""
+"""Refusals and notes on tracks that may not be those of a foot."""
 
 from __future__ import annotations
 

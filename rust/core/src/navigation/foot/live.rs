@@ -88,7 +88,7 @@ pub struct FootFilter {
     /// The lowest bound of each of the last nodes, and of that under way.
     lows: [[f64; ROW]; ROWS],
     low: f64,
-    /// The bound of the valley in which it began, and whether that has ended.
+    /// The bound of the valley in which it began, and true if that has ended.
     least: f64,
     begun: bool,
     still: Still,

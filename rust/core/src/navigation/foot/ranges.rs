@@ -21,7 +21,7 @@ pub(super) const MAX_RUN_S: f64 = 0.5;
 /// Bounds of a valid state.
 const MAX_SUM: f64 = 1e18;
 
-/// What one axis and sign has shown so far.
+/// Counts of one axis and sign to date.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Side {
     /// The largest rate, and that from which the counts on hold, rad/s.
@@ -55,7 +55,7 @@ impl Side {
         }
     }
 
-    /// Whether a rate is at the largest one so far.
+    /// True if a rate is at the largest one to date.
     pub fn is_at_limit(&self, x: f64) -> bool {
         x > RUN_SHARE * self.largest && self.largest > MIN_FAST_RATE_RAD_S
     }

@@ -237,7 +237,7 @@ impl Recent {
         }
     }
 
-    /// Whether a rate was at the range so far.
+    /// True if a rate was at the range to date.
     pub fn has_clipped(&self) -> bool {
         self.restored > 0
     }

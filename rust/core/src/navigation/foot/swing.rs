@@ -1,5 +1,5 @@
-//! What each swing shows: a foot's turns fast, and begins and ends in stances that are deep, level alike
-//! and pushed by gravity alone.
+//! The swings of a foot: they turn fast, and begin and end in stances that are deep, have the same tilt
+//! and no force but gravity.
 
 use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -115,7 +115,7 @@ impl Mark {
 }
 
 impl Swing {
-    /// Whether it passes all five tests.
+    /// True if it passes all five tests.
     pub fn is_of_a_foot(&self) -> bool {
         self.turn > MIN_TURN_RAD_S
             && self.depth < MAX_DEPTH
