@@ -51,6 +51,7 @@ const STEP_S: f64 = 0.02;
 /// Half a window of the bound, s.
 const HALF_WINDOW_S: f64 = 0.025;
 /// Half a window of the force that levels, s.
+#[cfg(feature = "std")]
 const HALF_LEVEL_S: f64 = 0.05;
 /// From the pivot to the sensor, m, and for how long a force lasts, s.
 const PIVOT_DISTANCE_M: f64 = 0.1;
