@@ -180,8 +180,8 @@ impl Swings {
         }
     }
 
-    /// A node, with what is known there if it stands, and the vertical velocity that was new; returns
-    /// the swing that is known by now.
+    /// Takes a node, its mark if the foot stands, and the new vertical velocity; returns the swing that
+    /// is complete by now.
     pub fn node(&mut self, k: u64, mark: Option<Mark>, sink: [f64; 2]) -> Option<Swing> {
         let swung = self.motion.seconds >= MIN_STANCE_INTERVAL_S;
         let Some(here) = mark else { return if swung { self.finish() } else { None } };
