@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final, NamedTuple
 
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.record.log import LogError
 from zerorate.record.names import Meaning, meaning_of
 from zerorate.record.words import ROLES, STAGES, ParsedName, words_of
@@ -163,14 +164,23 @@ def select_triads(triads: Sequence[Triad], sensor: str | None) -> list[Triad]:
     wanted = words_of(sensor)
     pool = [triad for triad in triads if wanted and triad.matches(wanted)]
     if not pool:
-        raise LogError(f"sensor= names '{sensor}', which is none of: {_list_stems(triads)}")
+        listed = _list_stems(triads)
+        raise LogError(
+            make_sentence(
+                keyword_argument("sensor"), f" names '{sensor}', which is none of: {listed}"
+            )
+        )
     return pool
 
 
 def describe_others(chosen: Sequence[Triad], others: Sequence[Triad], label: str) -> Iterator[str]:
     """Yield the sentence on the sensors of a kind that are not read, if there are any."""
     if chosen and others:
-        yield f"of several sensors {label} is read; sensor= chooses another: {_list_stems(others)}"
+        yield make_sentence(
+            f"of several sensors {label} is read; ",
+            keyword_argument("sensor"),
+            f" chooses another: {_list_stems(others)}",
+        )
 
 
 def describe_axes(triad: Triad, names: Sequence[str]) -> Iterator[str]:
