@@ -450,7 +450,13 @@ def documents() -> Iterator[Kind]:
     gyro, force = truth(22)
     ms = _times("ms", 3.0)
     rows_of = [
-        dict(zip(("t_ms", *"gx gy gz ax ay az".split()), (ms[i], *gyro[i], *force[i]), strict=True))
+        dict(
+            zip(
+                ("t_ms", "gx", "gy", "gz", "ax", "ay", "az"),
+                (ms[i], *gyro[i], *force[i]),
+                strict=True,
+            )
+        )
         for i in range(N)
     ]
     given = {"options": {"unit": "deg/s"}, "file": "log.json"}

@@ -1,13 +1,13 @@
 """A stream that is served: where its lines come from, the loop, and its checkpoints on disk."""
 
-import ipaddress
+import os
 import socket
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO, Final, TypeAlias
+from typing import BinaryIO, Final, TypeAlias
 
 from zerorate.faults import make_sentence, sentence_of
 from zerorate.io.packets import Damage, PacketProtocol
@@ -15,6 +15,7 @@ from zerorate.record import atomic_path
 from zerorate.record.atomic import remove_leftovers
 from zerorate.tasks.interrupts import Interrupts
 from zerorate.tasks.live.lines import ColumnError, LineError
+from zerorate.tasks.live.listeners import Access
 from zerorate.tasks.live.stream import LineStream
 from zerorate.tasks.live.view import Watcher
 
@@ -42,6 +43,8 @@ def packets_of(
     while raw := interrupts.wait(lambda: source.read1(_MAX_LINE_BYTES)):  # type: ignore[attr-defined]
         for row in decoder.feed(raw):
             yield row if isinstance(row, Damage) else ",".join(map(str, row)), reply
+    for row in decoder.finish():
+        yield row if isinstance(row, Damage) else ",".join(map(str, row)), reply
 
 
 def _make_reply(answers: BinaryIO) -> Callable[[str], None]:
@@ -52,10 +55,12 @@ def _make_reply(answers: BinaryIO) -> Callable[[str], None]:
     return reply
 
 
-def datagrams(port: socket.socket, interrupts: Interrupts) -> Iterator[Line]:
-    """Yield each datagram as a line, with a function that sends its answer back."""
+def datagrams(port: socket.socket, interrupts: Interrupts, access: Access) -> Iterator[Line]:
+    """Yield each datagram of those who may send as a line, with a function that answers it."""
     while True:
         raw, sender = interrupts.wait(lambda: port.recvfrom(_MAX_LINE_BYTES))
+        if not access.admits_peer(sender[0]):
+            continue
 
         def reply(answer: str, sender: tuple[str, int] = sender) -> None:
             # A sender that is gone is no fault of the stream: datagrams may be lost.
@@ -63,39 +68,6 @@ def datagrams(port: socket.socket, interrupts: Interrupts) -> Iterator[Line]:
                 port.sendto(answer.encode(), sender)
 
         yield _decode_line(raw), reply
-
-
-def bind_loopback(address: str) -> socket.socket:
-    """Return a socket bound to ``HOST:PORT`` of this machine alone; port 0 is any free one.
-
-    Raises
-    ------
-    ValueError
-        If the text is no such address, is open to other machines, not known, or in use.
-    """
-    host, _, number = address.rpartition(":")
-    if not host or not number.isdecimal() or int(number) > 65535:
-        raise ValueError(f"--udp takes HOST:PORT such as 127.0.0.1:5005, got '{address}'")
-    try:
-        addresses = socket.getaddrinfo(host.strip("[]"), int(number), type=socket.SOCK_DGRAM)
-        return _bind_socket(*addresses[0])
-    except OSError as error:
-        raise ValueError(f"--udp cannot use {address}: {error.strerror}") from None
-
-
-def _bind_socket(
-    family: int, kind: int, _protocol: int, _name: str, address: tuple[Any, ...]
-) -> socket.socket:
-    # Datagrams are taken from whoever sends them, so from this machine alone.
-    if not ipaddress.ip_address(address[0]).is_loopback:
-        raise ValueError(f"--udp takes an address of this machine alone, got '{address[0]}'")
-    port = socket.socket(family, kind)
-    try:
-        port.bind(address)
-    except OSError:
-        port.close()
-        raise
-    return port
 
 
 def _read_line(source: BinaryIO) -> bytes:
@@ -136,6 +108,8 @@ class Saver:
         self._next: int | None = None
         self._failing = False
         self._thread = ThreadPoolExecutor(1)
+        # Kept for the checkpoint, whatever else has taken all others.
+        self._descriptor = os.open(os.devnull, os.O_RDONLY)
         self._job: Future[None] | None = None
 
     def after_answer(self, stream: LineStream) -> None:
@@ -158,8 +132,12 @@ class Saver:
             self._write(stream.to_bytes())
 
     def _write(self, raw: bytes) -> None:
-        with atomic_path(self._path, force=True) as temporary:
-            temporary.write_bytes(raw)
+        os.close(self._descriptor)
+        try:
+            with atomic_path(self._path, force=True) as temporary:
+                temporary.write_bytes(raw)
+        finally:
+            self._descriptor = os.open(os.devnull, os.O_RDONLY)
 
     def _check_last_job(self) -> None:
         error = None if self._job is None else self._job.exception()
