@@ -21,6 +21,7 @@ from zerorate.faults import render_text, use_argument_names
 from zerorate.geometry.frames import Frame
 from zerorate.options import FILTER_OPTIONS
 from zerorate.record import check_writable
+from zerorate.record.regular import read_regular
 from zerorate.tasks.interrupts import Interrupts, SignalInterrupt
 from zerorate.tasks.live import (
     AttitudeColumn,
@@ -285,7 +286,7 @@ def _read(
     path: Path, settings: Settings | AttitudeSettings | None = None, fields: int | None = None
 ) -> LineStream | None:
     try:
-        return LineStream.from_bytes(path.read_bytes(), settings, fields)
+        return LineStream.from_bytes(read_regular(path), settings, fields)
     except FileNotFoundError:
         return None
     except OSError as error:

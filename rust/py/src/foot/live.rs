@@ -21,7 +21,8 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 ///
 /// A sample that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the one before for a tenth of
 /// a second, then the deviations grow. Where some are lost give NaN in their place, for time is counted
-/// in samples. One object serves one thread at a time.
+/// in samples. Where it begins anew, as when too many are missing, ``position`` is NaN until it has begun
+/// again. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
