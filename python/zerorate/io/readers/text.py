@@ -33,7 +33,7 @@ from zerorate.io.readers.rows import (
     split_messages,
     table_of_rows,
 )
-from zerorate.io.readers.tokens import ECHO, tokenizer_of
+from zerorate.io.readers.tokens import ECHO, SERIAL_STAMP, tokenizer_of
 from zerorate.io.signatures import is_text
 from zerorate.io.table import Content, Metadata, Table, apply_listed_names
 from zerorate.record.clock import count_noun
@@ -43,8 +43,7 @@ from zerorate.record.words import STAGES, parse_name, words_of
 
 _MINUS: Final = "\N{MINUS SIGN}".encode()
 _UTF_16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
-_SERIAL_STAMP: Final = rb"(?m)^\[?(\d{1,2}:\d\d:\d\d[.,]?\d*)(?: -> |\]:? *)"
-"""What a serial monitor writes before a line."""
+_SERIAL_STAMP: Final = SERIAL_STAMP.pattern.encode()
 _AXES: Final = (0, 1, 2)
 _PART: Final = 0.1
 """Rows of a set of names, of those of the commonest, from which on it is a sensor."""

@@ -36,6 +36,8 @@ _STAMP: Final = re.compile(
     r"(\d{1,2}:\d\d:\d\d(?:[.,]\d+)?)Z?\W"
 )
 """What a console writes before a line: a date, of which the year may lack, and a time of day."""
+SERIAL_STAMP: Final = re.compile(r"(?m)^\[?(\d{1,2}:\d\d:\d\d[.,]?\d*)(?: -> |\]:? *)")
+"""What a serial monitor writes before a line."""
 _ESP: Final = re.compile(r"(?:\x1b\[[\d;]*m)?[EWIDV] \((\d+)\) [^:]*: ?")
 _ZEPHYR: Final = re.compile(r"\[(\d+):(\d\d):(\d\d)[.,](\d{3})(?:,(\d{3}))?\] <\w+> [\w.]+: ?")
 _WORD: Final = r"(?:[^\s,=\\]|\\.)+"
