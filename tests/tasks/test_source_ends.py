@@ -1,10 +1,12 @@
 """How live sources end: torn, closed, at a limit, by a signal; and who may send to a listener."""
 
+import asyncio
 import contextlib
 import http.client
 import os
 import pty
 import random
+import resource
 import signal
 import socket
 import subprocess
@@ -13,13 +15,16 @@ import threading
 import time
 import tty
 
+import bleak
 import pytest
 from websockets.sync.server import serve
 
+from support.inside import called
 from zerorate.cli import run
 from zerorate.show.live_page import LivePage
-from zerorate.tasks.live import listeners, sources
+from zerorate.tasks.live import LineStream, Settings, listeners, sources
 from zerorate.tasks.live.listeners import Access, ByteQueue
+from zerorate.tasks.live.serving import Saver
 from zerorate.tasks.live.sources import Ending, live_source
 
 RATE = ("--rate", "100")
@@ -329,3 +334,65 @@ def test_a_signal_ends_every_source_at_once(kind, number):
         process.stderr.close()
     assert code in (128 + number, -number, 1)
     assert took < 1.0 + 2.0 * (os.getloadavg()[0] > 4), (kind, took)
+
+
+@pytest.mark.parametrize("cut", range(7))
+def test_a_last_number_that_stdin_cuts_is_missing(cut):
+    text = "".join(f"{n / 7:.4f},{n / 3:.4f}\n" for n in range(20, 40))
+    given = text[: len(text) - 1 - cut]
+    code, answers, told = called("stream", *RATE, given=given)
+    assert code == 0
+    assert len(answers.splitlines()) == 20
+    whole = cut == 0
+    assert (answers.splitlines()[-1] != "nan,nan") == whole
+    assert ("garbled lines: 1" in told) != whole
+
+
+@pytest.mark.parametrize("waits", ["to connect", "for notices", "to leave"])
+def test_a_bluetooth_device_holds_nobody_up(waits, monkeypatch):
+    class Client:
+        def __init__(self, *_, **__):
+            pass
+
+        async def __aenter__(self):
+            if waits == "to connect":
+                await asyncio.sleep(20)
+            return self
+
+        async def __aexit__(self, *_):
+            if waits == "to leave":
+                await asyncio.sleep(20)
+
+        async def start_notify(self, _, take):
+            take(0, bytearray(b"1"))
+
+    monkeypatch.setattr(bleak, "BleakClient", Client)
+    with live_source("ble:D9:41/0000ffe4", None) as file:
+        if waits != "to connect":
+            assert file.read(1) == b"1"
+        begin = time.monotonic()
+    assert time.monotonic() - begin < 1.0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="descriptors are counted by POSIX")
+def test_a_checkpoint_is_written_where_no_descriptor_is_left(tmp_path):
+    stream = LineStream(Settings(100.0))
+    stream.take("0.1,0.2,0.3")
+    told = []
+    saver = Saver(tmp_path / "state", 1, told.append)
+    saver.finish(stream)
+    before = resource.getrlimit(resource.RLIMIT_NOFILE)
+    taken = []
+    resource.setrlimit(resource.RLIMIT_NOFILE, (min(300, before[0]), before[1]))
+    try:
+        with contextlib.suppress(OSError):
+            while True:
+                taken.append(os.open(os.devnull, os.O_RDONLY))
+        stream.take("0.4,0.5,0.6")
+        saver.finish(stream)
+    finally:
+        for descriptor in taken:
+            os.close(descriptor)
+        resource.setrlimit(resource.RLIMIT_NOFILE, before)
+    assert told == []
+    assert LineStream.from_bytes((tmp_path / "state").read_bytes()).samples == 2

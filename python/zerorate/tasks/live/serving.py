@@ -1,8 +1,10 @@
 """A stream that is served: where its lines come from, the loop, and its checkpoints on disk."""
 
 import os
+import re
 import socket
-from collections.abc import Callable, Iterable, Iterator
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -15,12 +17,14 @@ from zerorate.record import atomic_path
 from zerorate.record.atomic import remove_leftovers
 from zerorate.tasks.interrupts import Interrupts
 from zerorate.tasks.live.lines import ColumnError, LineError
-from zerorate.tasks.live.listeners import Access
+from zerorate.tasks.live.listeners import CUT, Access
 from zerorate.tasks.live.stream import LineStream
 from zerorate.tasks.live.view import Watcher
 
 _MAX_WARNINGS: Final = 10
 _MAX_LINE_BYTES: Final = 1 << 16
+_COMPARED_LINES: Final = 8
+"""Lines before the last one, by which it shows that it is cut."""
 
 Line: TypeAlias = tuple[str | Damage, Callable[[str], None]]
 """A line, or bytes that should have been a packet; and what sends its answer."""
@@ -29,8 +33,24 @@ Line: TypeAlias = tuple[str | Damage, Callable[[str], None]]
 def lines_of(source: BinaryIO, answers: BinaryIO, interrupts: Interrupts) -> Iterator[Line]:
     """Yield each line as soon as it is complete, with a function that writes its answer."""
     reply = _make_reply(answers)
+    before: deque[int] = deque(maxlen=_COMPARED_LINES)
     while raw := interrupts.wait(lambda: _read_line(source)):
+        decimals = _decimals(raw)
+        if not raw.endswith(b"\n") and _is_cut(decimals, before):
+            raw += CUT
+        before.append(decimals)
         yield _decode_line(raw), reply
+
+
+def _decimals(line: bytes) -> int:
+    """Return how many digits stand behind the last decimal point of a line, -1 without one."""
+    _, point, digits = re.split(rb"[,;\s]", line.strip())[-1].rpartition(b".")
+    return len(digits) if point else -1
+
+
+def _is_cut(decimals: int, before: Sequence[int]) -> bool:
+    """Return True for a last line with fewer decimals than all lines before it, as logs have it."""
+    return len(before) == _COMPARED_LINES and len({*before}) == 1 and decimals < before[0]
 
 
 def packets_of(
@@ -76,8 +96,7 @@ def _read_line(source: BinaryIO) -> bytes:
         return raw
     while (rest := source.readline(_MAX_LINE_BYTES)) and not rest.endswith(b"\n"):
         pass
-    # Cut short it could pass for a number.
-    return raw[:80] + b"..."
+    return raw[:80] + CUT
 
 
 def _decode_line(raw: bytes) -> str:

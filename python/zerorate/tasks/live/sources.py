@@ -15,6 +15,7 @@ from typing import Any, BinaryIO, Final, TypeAlias
 
 from zerorate.io.packets import PacketProtocol
 from zerorate.tasks.live.listeners import (
+    CUT,
     Access,
     BoundedHandler,
     BoundedServer,
@@ -33,8 +34,6 @@ _CLOSING_S: Final = 0.3
 """How long the other side is waited for when the stream ends."""
 _DEFAULT_BAUD: Final = 115200
 _MAX_BAUD_DIGITS: Final = 9
-TORN: Final = b"...\n"
-"""What stands behind a record that was cut, which could pass for a whole one without it."""
 
 _Read: TypeAlias = Callable[[], bytes]
 """Returns the next bytes, none at the end."""
@@ -124,7 +123,7 @@ class _ByteReader(io.RawIOBase):
         ending = self._request.ending
         ending.torn = True
         ending.reason = f"{ending.reason or 'the source ended'}, within a line"
-        return TORN
+        return CUT + b"\n"
 
 
 @contextmanager
@@ -317,7 +316,7 @@ def _open_http(request: SourceRequest) -> Iterator[_Read]:
             if len(body) < length:
                 torn.append(f"a push had {len(body)} of its {length} bytes")
                 if body and request.has_lines:
-                    bodies.put(body.removesuffix(b"\n") + TORN)
+                    bodies.put(body.removesuffix(b"\n") + CUT + b"\n")
                 self.send_error(HTTPStatus.BAD_REQUEST)
                 return
             if not bodies.put(request.whole(body) or b"\n"):
