@@ -303,14 +303,16 @@ class Outputs:
             If a figure cannot be drawn; all other files are written.
         """
         draws = [draw] if callable(draw) else draw
-        with ThreadPoolExecutor(1) as executor:
+        # Figures get their names after the data, without which none of them appears.
+        with ThreadPoolExecutor(1) as executor, ExitStack() as drawn:
             data = executor.submit(self._write_data, writers)
             faults = []
             for draw_figure, path in zip(draws, self.figures, strict=False):
                 progress("drawing", done)
                 try:
-                    with atomic_paths([path], self.force) as (temporary,):
-                        draw_figure(temporary)
+                    with ExitStack() as one:
+                        draw_figure(*one.enter_context(atomic_paths([path], self.force)))
+                        drawn.push(one.pop_all())
                 except (ImportError, FileExistsError):
                     raise
                 except Exception as error:  # whatever it lacks, the data are there
