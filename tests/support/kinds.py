@@ -195,9 +195,21 @@ def columns() -> Iterator[Kind]:
         "Time (s),Gyroscope x,Gyroscope y,Gyroscope z (deg/s),Accel x,Accel y,Accel z (g)",
     ):
         yield Kind(f"unit once: {head[:20]}", head + "\n" + six, gyro, force)
+    counts = (gyro * 131).astype(int)
+    text = "millis,gx,gy,gz\n" + rows(ms, counts & 0xFFFF)
+    yield Kind("counts without a sign", text, counts & 0xFFFF, said=("without their sign",))
     for odd in ("gyro_sum_dps", "gyro", "gyro_w", "Gyro_Total", "gyro_mag_dps"):
         head = f"t,gyro_x_dps,gyro_y_dps,gyro_z_dps,{odd}\n"
         yield Kind(f"odd {odd}", head + rows(s, gyro, gyro.sum(axis=1)), gyro)
+    for head in (
+        "t,GyX,GyY,GyZ,AcX,AcY,AcZ", "t,ωx,ωy,ωz,ax,ay,az",
+        "t,角速度X,角速度Y,角速度Z,加速度X,加速度Y,加速度Z",
+        "t,陀螺仪x,陀螺仪y,陀螺仪z,加速度x,加速度y,加速度z",
+        "t,자이로 X,자이로 Y,자이로 Z,가속도 X,가속도 Y,가속도 Z",
+        "t,Гироскоп X,Гироскоп Y,Гироскоп Z,Акселерометр X,Акселерометр Y,Акселерометр Z",
+        "t,ジャイロX,ジャイロY,ジャイロZ,加速度X,加速度Y,加速度Z",
+    ):  # fmt: skip
+        yield Kind(f"letters: {head}", head + "\n" + six, gyro, force, options={"unit": "deg/s"})
     other, _ = truth(6)
     for head in (
         "millis,gx1_dps,gy1_dps,gz1_dps,gx2_dps,gy2_dps,gz2_dps",
