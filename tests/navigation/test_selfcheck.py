@@ -82,8 +82,8 @@ MISTAKES = {
     "60 s": (lambda i, f: (i, f.shifted(60.0)), "clock", "another clock, (60|59).* s ahead"),
     "Unix time": (lambda i, f: (i, f.shifted(1.7e9)), "clock", "another clock"),
     "jump": (lambda i, f: (i, jumped(f)), "jump", "jumps by 3.0 s"),
-    "frozen gyro": (lambda i, f: (frozen(i, "gyro"), f), "frozen", "the gyro tells nothing new"),
-    "frozen force": (lambda i, f: (frozen(i, "accel"), f), "frozen", "accelerometer tells nothing"),
+    "frozen gyro": (lambda i, f: (frozen(i, "gyro"), f), "frozen", "the gyro repeats its values"),
+    "frozen force": (lambda i, f: (frozen(i, "accel"), f), "frozen", "meter repeats its values"),
 }
 
 

@@ -8,7 +8,7 @@ import shutil
 import tempfile
 import weakref
 from pathlib import Path, PurePosixPath
-from typing import BinaryIO, Final, TypeGuard
+from typing import BinaryIO, Final, TypeGuard, cast
 
 from zerorate.texts import describe_missing_extra
 
@@ -42,7 +42,7 @@ def is_address(source: object) -> TypeGuard[str]:
 
 
 def spooled(source: str | io.BytesIO, suffix: str = ".csv") -> Spooled:
-    """Return a copy of what is at an address, or of bytes, which have a suffix of their format.
+    """Return a copy of the data at an address, or of bytes, with a suffix of their format.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def spooled(source: str | io.BytesIO, suffix: str = ".csv") -> Spooled:
     try:
         system, path = FileSystem.from_uri(source)
         with system.open_input_stream(path) as stream:
-            return Spooled(stream, name)
+            return Spooled(cast("BinaryIO", stream), name)
     except (ArrowException, NotImplementedError, OSError) as error:
         raise OSError(f"{source} cannot be read: {error}") from None
 

@@ -1,4 +1,4 @@
-"""What a form of packets is: bytes in, rows of numbers out, and what is damaged told."""
+"""Protocol of packets: bytes in, rows of numbers out, and reports of damage."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Decoder(Protocol):
     """Takes bytes as they come, in pieces of any size: however they are cut, the rows are equal."""
 
     def feed(self, raw: bytes) -> Iterator[Row | Damage]:
-        """Yield the samples that are complete with these bytes, and what is damaged."""
+        """Yield the samples that are complete with these bytes, and damage."""
 
     def finish(self) -> Iterator[Row | Damage]:
         """Yield what the end of the bytes completes, or cuts."""
@@ -45,16 +45,16 @@ class Decoder(Protocol):
 
 @dataclass(frozen=True)
 class PacketProtocol:
-    """A form of packets, as a maker's devices send them.
+    """A protocol of packets, as a maker's devices send them.
 
     Attributes
     ----------
     name : str
-        What ``--form`` calls it.
+        Its name for ``--form``.
     meaning : str
-        Whose devices send it.
+        Devices that send it.
     columns : tuple of str
-        Names of the cells of a row, which tell the sensors and their units.
+        Names of the cells of a row, which show the sensors and their units.
     decoder : callable
         Returns a new decoder.
     counter : str, optional
@@ -64,7 +64,7 @@ class PacketProtocol:
     notify : str, optional
         The characteristic by which Bluetooth devices send it.
     lines : bool
-        Whether a line's end ends a message.
+        True if a line's end ends a message.
 
     Examples
     --------
@@ -94,7 +94,7 @@ def name_axes(*sensors: str) -> tuple[str, ...]:
 class Buffer:
     """Bytes that wait for the rest of their packet, and a count of those that belong to none.
 
-    What comes before the first packet is not told: a device is often joined in the middle of one.
+    Bytes before the first packet are not reported: a device is often joined in the middle of one.
     """
 
     max_bytes: int

@@ -1,4 +1,4 @@
-"""Where the bytes of a live device come from: a serial line, sockets, pushes, Bluetooth."""
+"""Sources of a live device's bytes: a serial line, sockets, pushes, Bluetooth."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ class SourceRequest:
 
 @dataclass(frozen=True)
 class SourceKind:
-    """A kind of source: how its address is typed, and what it is."""
+    """A kind of source: the form of its address, and its description."""
 
     address: str
     meaning: str
@@ -98,7 +98,7 @@ class SourceKind:
 
 
 class _ByteReader(io.RawIOBase):
-    """Pieces of any size as a file, so that lines and bytes are read of it alike."""
+    """Pieces of any size as a file, from which lines and bytes are read in the same way."""
 
     def __init__(self, read: _Read, request: SourceRequest) -> None:
         self._read, self._request = read, request
