@@ -205,7 +205,11 @@ def list_devices(triads: Sequence[Triad], names: Sequence[str]) -> tuple[str, ..
 def describe_others(chosen: Sequence[Triad], others: Sequence[Triad], label: str) -> Iterator[str]:
     """Yield the sentence on the sensors of a kind that are not read, if there are any."""
     if chosen and others:
-        yield f"of several sensors {label} is read; sensor= chooses another: {_list_stems(others)}"
+        yield make_sentence(
+            f"of several sensors {label} is read; ",
+            keyword_argument("sensor"),
+            f" chooses another: {_list_stems(others)}",
+        )
 
 
 def describe_axes(triad: Triad, names: Sequence[str]) -> Iterator[str]:

@@ -24,7 +24,8 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 ///
 /// A sample that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the last one replaces it
 /// for a tenth of a second, then the standard deviations grow. Give NaN for lost samples, since
-/// time is counted in samples. One object serves one thread at a time.
+/// time is counted in samples. After a restart, as when too many samples are missing, ``position``
+/// is NaN until the filter has started again. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
