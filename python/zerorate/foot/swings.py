@@ -24,7 +24,7 @@ _MIN_SWING_S: Final = 0.02
 _WINDOW: Final = 6
 """Swings of a window, of which spans are made that are no foot's."""
 _STRAY_SPEED_M_S: Final = 2.0
-"""How fast the position becomes uncertain in such a span, as after a gap, m/s."""
+"""Growth of the position's uncertainty in such a span, as after a gap, m/s."""
 MAX_FLOOR_STEP_M: Final = 0.1
 """Height within which a stance is on the same level floor, as the core has it."""
 _RANDOM_SHARE: Final = 0.2

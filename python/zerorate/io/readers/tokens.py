@@ -35,9 +35,9 @@ _STAMP: Final = re.compile(
     r"\W{0,3}(?:(\d{4}[-/]\d\d[-/]\d\d)[T ]|\d\d-\d\d |[A-Z][a-z]{2} +\d+ )?"
     r"(\d{1,2}:\d\d:\d\d(?:[.,]\d+)?)Z?\W"
 )
-"""What a console writes before a line: a date, of which the year may lack, and a time of day."""
+"""Prefix that a console writes before a line: a date, perhaps without year, and a time of day."""
 SERIAL_STAMP: Final = re.compile(r"(?m)^\[?(\d{1,2}:\d\d:\d\d[.,]?\d*)(?: -> |\]:? *)")
-"""What a serial monitor writes before a line."""
+"""Prefix that a serial monitor writes before a line."""
 _ESP: Final = re.compile(r"(?:\x1b\[[\d;]*m)?[EWIDV] \((\d+)\) [^:]*: ?")
 _ZEPHYR: Final = re.compile(r"\[(\d+):(\d\d):(\d\d)[.,](\d{3})(?:,(\d{3}))?\] <\w+> [\w.]+: ?")
 _WORD: Final = r"(?:[^\s,=\\]|\\.)+"
@@ -193,7 +193,7 @@ class _Group:
 
     @property
     def is_axis(self) -> bool:
-        """Whether the name is that of an axis alone."""
+        """True if the name is that of an axis alone."""
         return parse_name(self.name).kind == ""
 
     def cells(self, count: int) -> Iterator[tuple[str, str]]:

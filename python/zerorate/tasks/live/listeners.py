@@ -18,7 +18,7 @@ from typing import Any, Final, Self, TypeAlias
 MAX_QUEUED_BYTES: Final = 1 << 26
 """Bytes that wait for the filter at most."""
 CUT: Final = b"..."
-"""What stands behind a record that is cut: without it, it could pass for a whole one."""
+"""Mark after a record that is cut: without it, it could pass for a whole one."""
 _MAX_CONNECTIONS: Final = 64
 """Connections of a listener: of more the one that has been idle longest is closed."""
 _IDLE_S: Final = 30.0

@@ -45,7 +45,7 @@ class AddressError(ValueError):
 
 @dataclass
 class Ending:
-    """How a source ended, and what it lost until then.
+    """The end of a source, and its losses until then.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Ending:
 
 @dataclass(frozen=True)
 class SourceRequest:
-    """What is opened: the address behind its kind, packets or lines, who may send."""
+    """A request: the address behind its kind, packets or lines, permitted senders."""
 
     target: str
     protocol: PacketProtocol | None
