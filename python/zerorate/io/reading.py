@@ -338,7 +338,7 @@ def select_columns(
 def _lacking_rate(table: Table) -> str:
     """Return the refusal of a table without timestamps and without a rate."""
     hint_text = "".join(f"; {note}" for note in table.meta.notes if NOT_TIME in note)
-    lacking = "there are no timestamps to tell the sampling rate; give "
+    lacking = "there are no timestamps for the sampling rate; give "
     rate = keyword_argument("rate")
     return make_sentence(lacking, rate, f" in Hz{hint_text}", *candidates(table))
 
