@@ -198,7 +198,7 @@ def fetch(name: str, folder: str | Path | None = None) -> Path:
     file = name.replace("/", "-") + Path(dataset.path).suffix
     path = directory / file
     if path.exists():
-        expected = dataset.sha256 or _read_checksum(path)
+        expected: str | None = dataset.sha256 or _read_checksum(path)
     else:
         expected = dataset.sha256
         checksum_note = "" if expected else "; pinned by its commit, no checksum is known"

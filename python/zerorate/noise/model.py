@@ -133,7 +133,7 @@ class NoiseModel(Result):
     to_orbslam3 = to_orbslam3
     to_px4 = to_px4
     to_ros = to_ros
-    to_json = to_json  # type: ignore[has-type]
+    to_json = to_json
 
     def __post_init__(self) -> None:
         """Refuse arguments that are no sequence of terms, or no known quantity."""
