@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import PurePath
 from typing import Any, Final, Literal, Self, TypeAlias
 
@@ -157,11 +157,10 @@ class Beginning:
         The offset with which sensors and fixes fit best; None where it is not identifiable.
     antenna : ndarray, shape (3,)
         From the sensors to the antenna, m.
-    antenna_sigma : float
-        Its standard deviation where the filter estimates it, m; 0 where it was found.
-    considered_sigma : ndarray, shape (3,)
-        Its standard deviations as found with the clock, m: the filter takes the place as it is, and
-        `Track.considering` adds them to its own; 0 where the filter estimates it.
+    antenna_sigma : ndarray, shape (3,)
+        Its standard deviations, m.
+    consider_antenna : bool
+        True if it was found with the clock: the filter counts its deviation, but leaves it there.
     checks : NavigationChecks
         What sensors and fixes say of each other.
     noise : FoundNoise or None
@@ -183,8 +182,8 @@ class Beginning:
     time_offset: float | TimeOffset
     clock: TimeOffset | None
     antenna: Floats
-    antenna_sigma: float
-    considered_sigma: Floats
+    antenna_sigma: Floats
+    consider_antenna: bool
     checks: NavigationChecks
     noise: FoundNoise | None
     alarms: tuple[str, ...]
@@ -192,7 +191,8 @@ class Beginning:
 
     def filter(self, **options: Any) -> NavigationFilter:  # noqa: ANN401
         """Return a filter that begins so, with further options of `zerorate.NavigationFilter`."""
-        options = {"antenna_sigma": self.antenna_sigma, **options}
+        known = {"antenna_sigma": self.antenna_sigma, "consider_antenna": self.consider_antenna}
+        options = {**known, **options}
         if self.noise is not None and not self.noise.kept:
             options |= self.noise.models
         return NavigationFilter(self.start, antenna=self.antenna, **options)
@@ -267,11 +267,16 @@ def find_beginning(
     search = _Search(body, fixes, vehicle, heading, rest, options)
     start, offset, clock, sentence = search.find_start_and_clock(nav_checks)
     arm = search.arm(clock, offset)
+    found = search.find_noise(start, offset, arm) if noise == "auto" else None
+    if clock is not None and found is not None and not found.kept:
+        # What sensors say of clock and antenna depends on their noise.
+        search = replace(search, options={**options, **found.models})
+        start, offset, clock, sentence = search.find_start_and_clock(nav_checks)
+        arm = search.arm(clock, offset)
     on_axes = (
         "" if vehicle.matrix is not None or matrix is None else _describe_axes(nav_checks.axes)
     )
     doubts = (finding.text for finding in nav_checks.findings if finding.status == "cannot tell")
-    found = search.find_noise(start, offset, arm) if noise == "auto" else None
     notes = (
         vehicle.note, on_axes, *doubts, sentence, arm.note, "" if found is None else str(found),
     )  # fmt: skip
@@ -281,8 +286,8 @@ def find_beginning(
         offset,
         clock,
         arm.place,
-        arm.estimated_sigma,
-        arm.considered_sigma,
+        arm.sigma,
+        arm.is_found,
         nav_checks,
         found,
         first_alarms,
@@ -292,11 +297,11 @@ def find_beginning(
 
 @dataclass(frozen=True, eq=False)
 class _Arm:
-    """Where the antenna is, m, and its deviation: estimated by the filter, or considered by it."""
+    """The antenna's place, m, and standard deviations: for the filter to estimate, or as found."""
 
     place: Floats
-    estimated_sigma: float
-    considered_sigma: Floats
+    sigma: Floats
+    is_found: bool
     note: str = ""
 
     @classmethod
@@ -305,7 +310,7 @@ class _Arm:
         place, sigma = np.array(clock.antenna), np.array(clock.antenna_sigma)
         fitted = ", ".join(map(format_with_error, place, sigma))
         note = f"the antenna is {fitted} m forward, right and down of the sensors, as the fixes fit"
-        return cls(place, 0.0, sigma, f"{note} best")
+        return cls(place, sigma, True, f"{note} best")
 
 
 def _describe_mistakes(checks: NavigationChecks, vehicle: Vehicle) -> Iterator[str]:
@@ -374,7 +379,7 @@ class _Search:
         if clock is not None and clock is offset and self._takes_arm(clock):
             return _Arm.found(clock)
         vehicle = self.vehicle
-        return _Arm(vehicle.antenna, vehicle.antenna_sigma, np.zeros(3))
+        return _Arm(vehicle.antenna, np.full(3, vehicle.antenna_sigma), False)
 
     def _find_start(self, offset: float | TimeOffset) -> Alignment:
         if self.rest is None:
@@ -415,7 +420,7 @@ class _Search:
     def find_noise(self, start: Alignment, offset: float | TimeOffset, arm: _Arm) -> FoundNoise:
         """Return the process noise by coasting, which a stated antenna's error hardly moves."""
         options = {**self._options_with_antenna(), "antenna": arm.place}
-        spread = min(options["antenna_sigma"], arm.estimated_sigma)
+        spread = 0.0 if arm.is_found else options["antenna_sigma"]
         options["antenna_sigma"] = spread if spread > _STATED_SIGMA_M else 0.0
         return find_noise(self.recording, self.fixes, start, time_offset=offset, **options)
 
