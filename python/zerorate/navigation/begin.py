@@ -434,7 +434,9 @@ class _Search:
         """Return the same, with the antenna that was found with a clock."""
         options = self._options_with_antenna()
         if isinstance(offset, TimeOffset) and self._takes_arm(offset):
-            options |= {"antenna": np.array(offset.antenna), "antenna_sigma": 0.0}
+            options["antenna"] = np.array(offset.antenna)
+            options["antenna_sigma"] = np.array(offset.antenna_sigma)
+            options["consider_antenna"] = True
         return options
 
 

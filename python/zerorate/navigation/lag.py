@@ -130,7 +130,13 @@ def find_lag_jump(
     if two > _MAX_COST_SHARE * energy[-1] or independent * (one - two) < _MIN_GAIN * two:
         return None
     parts = costs[:, split], costs[:, -1] - costs[:, split]
-    pair = np.array([lags[int(np.argmin(cost))] for cost in parts])
+    sides = middle <= middle[split], middle > middle[split]
+    pair = np.array(
+        [
+            _refine_lag(rotation, own.select(side), float(lags[int(np.argmin(cost))]))[0]
+            for side, cost in zip(sides, parts, strict=True)
+        ]
+    )
     near = certain or np.abs(pair - about).min() <= MIN_JUMP_S
     if abs(pair[1] - pair[0]) <= MIN_JUMP_S or not near:
         return None
