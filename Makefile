@@ -23,7 +23,9 @@ help: ## Show this help
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
 demo: $(STAMP) ## Simulate a gyro, filter it, write the log and the figure into demo/
+	@echo "simulating a gyro for 600 s and filtering it; log and figure go to demo/"
 	$(BIN)/zerorate demo --output demo --force
+	@echo "done: open demo/demo-zerorate.png"
 
 wheel: | check-python check-cargo ## Build the wheel of this machine into target/wheel and look what is in it
 	rm -rf target/wheel
@@ -105,8 +107,11 @@ lint-package: $(TOOLS)
 	$(BIN)/python -m mypy.stubtest zerorate._native
 
 docs: $(TOOLS) ## Build the documentation site into target/docs, warnings as errors
+	@echo "1/2 installing what builds the site"
 	$(INSTALL) --group docs
-	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going -d target/doctrees docs target/docs
+	@echo "2/2 building: notebooks run and figures are drawn, some minutes the first time"
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going -d target/doctrees docs target/docs
+	@echo "done: open target/docs/index.html"
 
 links: $(TOOLS) ## Ask other hosts whether the pages that docs/ links are there
 	$(INSTALL) --group docs

@@ -15,6 +15,7 @@ extensions = [
     "commands",
     "gallery",
     "myst_parser",
+    "notebooks",
     "numpydoc",
     "reference",
     "sphinx.ext.autodoc",
@@ -37,6 +38,7 @@ smartquotes = False
 html_theme = "furo"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_search_scorer = "_static/scorer.js"
 html_title = f"zerorate {version}"
 html_show_sourcelink = False
 copybutton_prompt_text = r">>> |\.\.\. |\$ "

@@ -64,6 +64,28 @@ def test_that_no_checksum_is_known_is_told(published, tmp_path, monkeypatch, cap
     assert "pinned by its commit, no checksum is known" in capsys.readouterr().err
 
 
+@pytest.fixture
+def without_checksum(published, monkeypatch):
+    monkeypatch.setitem(DATASETS, NAME, replace(DATASETS[NAME], sha256=None))
+
+
+@pytest.mark.usefixtures("without_checksum")
+def test_the_checksum_of_the_first_download_is_kept(published, tmp_path):
+    first = fetch(NAME, tmp_path)
+    assert fetch(NAME, tmp_path) == first
+    published.unlink()
+    first.write_bytes(TEXT + b"0.03,4\n")
+    with pytest.raises((ValueError, OSError)):
+        fetch(NAME, tmp_path)
+
+
+@pytest.mark.usefixtures("without_checksum")
+def test_a_foreign_file_under_the_name_is_refused(tmp_path):
+    (tmp_path / "xsens-sit-to-stand.txt").write_bytes(TEXT)
+    with pytest.raises(ValueError, match="delete the file to download it again"):
+        fetch(NAME, tmp_path)
+
+
 def test_an_unknown_name_is_refused_with_those_near_it():
     with pytest.raises(ValueError, match=r"name is no public recording: 'broad/5'; such as broad/"):
         fetch("broad/5")

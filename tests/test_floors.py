@@ -11,7 +11,10 @@ import zerorate
 
 ROOT = Path(zerorate.__file__).parent
 FLOORS = (
-    ("_native", "faults", "lazy", "numerals", "progress", "texts", "types", "units", "views"),
+    (
+        *("_native", "faults", "lazy", "numerals", "progress", "schemas", "texts", "types"),
+        *("units", "views"),
+    ),
     ("geometry", "options"),
     ("record",),
     ("datasets", "denoising", "io", "linear", "metrics", "noise"),

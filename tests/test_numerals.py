@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from zerorate.numerals import format_or_dash, format_with_error
+from zerorate.numerals import format_or_dash, format_with_error, shorten
 
 
 @pytest.mark.parametrize(
@@ -28,3 +28,11 @@ def test_a_number_ends_where_its_error_does(value, sigma, text):
 )
 def test_what_is_no_number_is_a_dash(value, text):
     assert format_or_dash(value) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [(170.2, 2, "170"), (100.0, 1, "100"), (5.0, 2, "5"), (0.0512, 2, "0.051"), (2e7, 3, "2e+07")],
+)
+def test_a_number_below_a_million_has_no_exponent(value, digits, text):
+    assert shorten(value, digits) == text

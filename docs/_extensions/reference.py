@@ -2,7 +2,8 @@
 
 A line is a name, or a package and ``.*`` for all that its ``__all__`` lists; `` -- `` may be
 followed by what to say of a name that has no docstring. Pages are written next to the table's, into
-a folder named as it, before anything is read; those of names that are gone are removed.
+a folder named as it, before anything is read; those of names that are gone are removed. Each second
+heading of the table's page is a group of the sidebar, with a page that lists its names.
 """
 
 import inspect
@@ -14,6 +15,7 @@ from sphinx.util.docutils import SphinxDirective
 
 ROOT = Path(__file__).parents[2]
 TABLE = "reference/api"
+GROUP = re.compile(r"^## (.+?)\n(.*?)(?=^## |\Z)", re.MULTILINE | re.DOTALL)
 BLOCK = re.compile(r"^```\{names\}\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -27,7 +29,8 @@ class Names(SphinxDirective):
         lines = ["| | |", "| --- | --- |"]
         for name, said in listed(self.content):
             shown = name.replace("zerorate.", "zr.", 1)
-            lines.append(f"| [`{shown}`](api/{name}.md) | {said or summary(found(name))} |")
+            # From the page of a group as from that of all names.
+            lines.append(f"| [`{shown}`](/{TABLE}/{name}.md) | {said or summary(found(name))} |")
         return self.parse_text_to_nodes("\n".join(lines))
 
 
@@ -43,13 +46,30 @@ def write_pages(app):
     source = Path(app.srcdir, f"{TABLE}.md").read_text(encoding="utf-8")
     folder = Path(app.srcdir, TABLE)
     folder.mkdir(exist_ok=True)
-    names = [name for block in BLOCK.findall(source) for name, _ in listed(block.splitlines())]
-    for gone in {path.stem for path in folder.glob("*.md")} - set(names):
+    pages = {}
+    for title, text in GROUP.findall(source):
+        blocks = BLOCK.findall(text)
+        names = [name for block in blocks for name, _ in listed(block.splitlines())]
+        pages[slug(title)] = group_page(title, blocks, names)
+        pages |= {name: page(name) for name in names}
+    for gone in {path.stem for path in folder.glob("*.md")} - set(pages):
         (folder / f"{gone}.md").unlink()
-    for name in names:
-        path, text = folder / f"{name}.md", page(name)
+    for name, text in pages.items():
+        path = folder / f"{name}.md"
         if not path.exists() or path.read_text(encoding="utf-8") != text:
             path.write_text(text, encoding="utf-8")
+
+
+def slug(title):
+    """Return the name of the page of a group."""
+    return "-".join(("group", *re.findall(r"\w+", title.lower())))
+
+
+def group_page(title, blocks, names):
+    """Return the page of a group: its table, and its names in the sidebar."""
+    tables = "\n".join(f"```{{names}}\n{block}```\n" for block in blocks)
+    listing = "\n".join(f"{name.rpartition('.')[2]} <{name}>" for name in names)
+    return f"# {title}\n\n{tables}\n```{{toctree}}\n:hidden:\n{listing}\n```\n"
 
 
 def listed(lines):
@@ -81,10 +101,7 @@ def page(name):
     """Return the page of a name."""
     kind, members = described(found(name))
     where = source_of(found(name))
-    return f"""---
-orphan: true
----
-# {name.rpartition(".")[2]}
+    return f"""# {name.rpartition(".")[2]}
 
 ```{{eval-rst}}
 .. auto{kind}:: {name}

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from zerorate import navigation as navigation
     from zerorate import noise as noise
     from zerorate import record as record
+    from zerorate import schemas as schemas
     from zerorate import simulation as simulation
     from zerorate import tasks as tasks
     from zerorate import units as units
@@ -94,7 +95,7 @@ if TYPE_CHECKING:
 _LAZY_EXPORTS: Final = {
     "": (
         "array attitude calibration checks datasets denoising findings foot geometry "
-        "identification io linear metrics navigation noise record simulation tasks units"
+        "identification io linear metrics navigation noise record schemas simulation tasks units"
     ),
     "_native": (
         "Attitude DriftFilter FootFilter GyroArray ImuCorrector LinearKalman "
@@ -138,7 +139,7 @@ _LAZY_EXPORTS: Final = {
     "tasks.report": "report",
     "tasks.walk": "walk",
 }
-"""Names by the module that is imported when one is first asked for; packages of the root first."""
+"""Names by the module that is imported at the first access; packages of the root first."""
 
 __all__ = sorted(["__version__", *modules_by_name(_LAZY_EXPORTS)])
 
@@ -153,7 +154,7 @@ def _rule(module: str, name: str) -> Callable[..., Any]:
     return lambda *given, **named: getattr(import_module(module), name)(*given, **named)
 
 
-# Compiled classes know no module of the package: they are told what they go by.
+# Compiled classes know no module of the package: their rules are registered here.
 register(
     convert=_rule("zerorate.units", "convert"),
     without_masks=_rule("zerorate.record.missing", "without_masks"),

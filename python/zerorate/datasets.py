@@ -1,7 +1,7 @@
-"""Public recordings by name, downloaded once: what the tutorials run on.
+"""Public recordings by name, downloaded once, for the tutorials.
 
-A recording is pinned to a commit of its repository. Where its SHA-256 is known, a file that differs
-is refused; where it is not, that is said.
+A recording is pinned to a commit of its repository. A file whose SHA-256 differs is refused; where
+the package does not know it, the first download keeps it next to the file.
 """
 
 from __future__ import annotations
@@ -171,7 +171,8 @@ def fetch(name: str, folder: str | Path | None = None) -> Path:
     Raises
     ------
     ValueError
-        If there is no such recording, or the file is not the one that is known.
+        If there is no such recording, or the file differs from the known one, or from the one
+        that was first downloaded, or was put there by another program.
     ImportError
         If pooch is not installed, the extra ``data``.
     OSError
@@ -195,15 +196,37 @@ def fetch(name: str, folder: str | Path | None = None) -> Path:
     dataset = DATASETS[name]
     directory = Path(pooch.os_cache("zerorate") if folder is None else folder).expanduser()
     file = name.replace("/", "-") + Path(dataset.path).suffix
-    if not (directory / file).exists():
-        checksum_note = "" if dataset.sha256 else "; pinned by its commit, no checksum is known"
+    path = directory / file
+    if path.exists():
+        expected = dataset.sha256 or _read_checksum(path)
+    else:
+        expected = dataset.sha256
+        checksum_note = "" if expected else "; pinned by its commit, no checksum is known"
         print(
             f"{name}: {dataset.about}. {dataset.licence}, {dataset.url}{checksum_note}",
             file=sys.stderr,
         )
-    return Path(pooch.retrieve(dataset.url, dataset.sha256, file, directory, progressbar=False))
+    pooch.retrieve(dataset.url, expected, file, directory, progressbar=False)
+    if expected is None:
+        _checksum_path(path).write_text(pooch.file_hash(str(path)) + "\n", encoding="ascii")
+    return path
+
+
+def _checksum_path(path: Path) -> Path:
+    return path.with_name(f"{path.name}.sha256")
+
+
+def _read_checksum(path: Path) -> str:
+    """Return the SHA-256 that the first download kept; ValueError if there is none."""
+    try:
+        return _checksum_path(path).read_text(encoding="ascii").strip()
+    except OSError:
+        raise ValueError(
+            f"{path} was not downloaded by zerorate, or its checksum {_checksum_path(path).name} "
+            "is missing: delete the file to download it again"
+        ) from None
 
 
 def __dir__() -> list[str]:
-    """Show what is public."""
+    """Return the public names."""
     return __all__

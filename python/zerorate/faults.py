@@ -115,7 +115,7 @@ make_sentence = Sentence.of
 
 
 class ArgumentError(ValueError):
-    """An argument is not what it must be.
+    """An argument is not as required.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ class ArgumentError(ValueError):
 
 
 def sentence_of(error: BaseException) -> str:
-    """Return what an error says, as a `Sentence` if it names arguments.
+    """Return the sentence of an error, as a `Sentence` if it names arguments.
 
     One of the compiled module begins with the name of its ``argument``.
     """
@@ -151,7 +151,7 @@ def sentence_of(error: BaseException) -> str:
 
 
 def strip_prefix(text: str, prefix: str) -> str:
-    """Return a text, which may be a sentence, without what it begins with."""
+    """Return a text, which may be a sentence, without its prefix."""
     if not isinstance(text, Sentence):
         return text.removeprefix(prefix)
     first, *rest = text.parts

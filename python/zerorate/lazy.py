@@ -1,4 +1,4 @@
-"""Names of a package whose modules are imported when a name is first asked for."""
+"""Names of a package whose modules are imported at the first access to a name."""
 
 from collections.abc import Callable, Mapping
 from importlib import import_module

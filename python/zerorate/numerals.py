@@ -3,7 +3,7 @@
 import math
 from typing import Final
 
-__all__ = ["DASH", "format_or_dash", "format_significant", "format_with_error"]
+__all__ = ["DASH", "format_or_dash", "format_significant", "format_with_error", "shorten"]
 
 DASH: Final = "-"
 """Stands where a number means nothing."""
@@ -24,9 +24,24 @@ def format_with_error(value: float, sigma: float) -> str:
 
 
 def format_significant(value: float, digits: int = 3) -> str:
-    """Return a number of so many digits, without an exponent if it is of moderate size."""
-    text = f"{value:#.{digits}g}".rstrip(".")
-    return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e6 else text
+    """Return a number of so many digits, zeros at its end included, as `shorten` writes it."""
+    return _without_exponent(f"{value:#.{digits}g}".rstrip("."))
+
+
+def _without_exponent(text: str) -> str:
+    """Return the text of a number below a million without an exponent, others as they are."""
+    return f"{float(text):.0f}" if "e+" in text and abs(float(text)) < 1e6 else text
+
+
+def shorten(value: float, digits: int = 2) -> str:
+    """Return a number rounded to so many digits, without an exponent if it is of moderate size.
+
+    Examples
+    --------
+    >>> shorten(170.3), shorten(0.0234), shorten(2.0), shorten(16384.0, 3)
+    ('170', '0.023', '2', '16400')
+    """
+    return _without_exponent(f"{value:.{digits}g}")
 
 
 def format_or_dash(value: float) -> str:

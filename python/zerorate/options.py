@@ -130,7 +130,7 @@ def add_rest_limits(
     unit: str | None,
     names: Iterable[str] = tuple(REST_LIMITS),
 ) -> dict[str, Any]:
-    """Return options of filters with the limits of what rest can be, where the unit is known.
+    """Return options of filters with the limits of rest, if the unit is known.
 
     Parameters
     ----------

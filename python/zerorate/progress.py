@@ -1,4 +1,4 @@
-"""How long work reports its progress: to whoever asks, and in a notebook by a bar of its own."""
+"""Progress of long work: reported to a caller's function, or in a notebook by a bar."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ def report_nothing(step: str, fraction: float) -> None:
 
 
 def choose_reporter(progress: Progress | None) -> Progress:
-    """Return what reports: what was given, or else a bar in a notebook, or nothing."""
+    """Return the caller's reporter, or else a bar in a notebook, or one that does nothing."""
     if progress is not None:
         return progress
     return _Bar() if _in_notebook() else report_nothing
 
 
 def choose_counter(progress: Counter | None) -> Counter:
-    """Return what counts: what was given, or else a bar in a notebook, or nothing."""
+    """Return the caller's counter, or else a bar in a notebook, or one that does nothing."""
     if progress is not None:
         return progress
     report = choose_reporter(None)
@@ -44,7 +44,7 @@ def choose_counter(progress: Counter | None) -> Counter:
 
 
 def _in_notebook() -> bool:
-    """Return whether there is a kernel that shows what it is sent; nothing is imported for it."""
+    """Return True if there is a kernel that shows output; nothing is imported for it."""
     ipython = sys.modules.get("IPython")
     shell = None if ipython is None else ipython.get_ipython()
     return getattr(shell, "kernel", None) is not None

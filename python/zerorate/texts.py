@@ -22,7 +22,7 @@ _WIDTH: ContextVar[int] = ContextVar("width", default=WIDTH)
 
 
 def width() -> int:
-    """Return how many letters a line of a table may have."""
+    """Return the largest width of a table's line, in letters."""
     return _WIDTH.get()
 
 

@@ -2,7 +2,7 @@
 
 Everything inside the package is SI with angles in radians; degrees, hours and g exist only here,
 on the command line, in tables and in plots. Units are grouped by kind, and only units of one kind
-convert into each other: an angle random walk in deg/sqrt(h) is not a rate in deg/h, however alike
+convert into each other: an angle random walk in deg/sqrt(h) is not a rate in deg/h, however similar
 they look.
 """
 
@@ -18,7 +18,7 @@ __all__ = ["UNITS", "Unit", "canonical", "convert", "kind", "whole_samples"]
 
 
 def __dir__() -> list[str]:
-    """Show what is public."""
+    """Return the public names."""
     return __all__
 
 
@@ -169,7 +169,7 @@ def canonical(unit: str) -> str:
 
 
 def kind(unit: str) -> str:
-    """Return what a unit measures, ``"rate"`` or ``"angle random walk"`` for instance.
+    """Return the kind of a unit, ``"rate"`` or ``"angle random walk"`` for instance.
 
     Parameters
     ----------

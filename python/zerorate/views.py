@@ -1,4 +1,4 @@
-"""Views of results: the table and the figure of each, found by its class when they are asked for.
+"""Views of results: the table and the figure of each, found by its class on request.
 
 What shows results registers itself here; a result knows nothing of how it is shown.
 """
@@ -15,10 +15,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 if TYPE_CHECKING:
+    import pandas  # type: ignore[import-untyped]
     from matplotlib.figure import Figure
 
 __all__ = [
     "Result",
+    "Tabular",
     "View",
     "add_registrar",
     "figure_of",
@@ -48,19 +50,22 @@ _ROW_STYLE: Final = "display: flex; flex-wrap: wrap; gap: 1.5em; align-items: fl
 
 _VIEWS: dict[str, View] = {}
 _REGISTRARS: list[str] = []
+_COLUMN_MAKERS: list[str] = []
 
 
 def add_registrar(module: str) -> None:
-    """Say which module registers views; it is imported when the first one is asked for."""
+    """Add a module that registers views; it is imported at the first request for one."""
     _REGISTRARS.append(module)
 
 
-def register(package: str, views: Mapping[str, View]) -> None:
+def register(package: str, views: Mapping[str, View], columns: str) -> None:
     """Register the views of results, by ``"module.Class"`` within a package.
 
-    Nothing is imported before a view is asked for.
+    Nothing is imported before the first request for a view. `columns` names the function that turns
+    any log or result into columns and metadata, ``"module:name"``.
     """
     _VIEWS.update({f"{package}.{name}": view for name, view in views.items()})
+    _COLUMN_MAKERS[:] = [columns]
 
 
 def table_of(result: object, *arguments: object) -> str:
@@ -118,8 +123,7 @@ def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
 
 
 def _view_of(result: object) -> View:
-    while _REGISTRARS:
-        import_module(_REGISTRARS.pop())
+    _import_registrars()
     for base in type(result).__mro__:
         view = _VIEWS.get(f"{base.__module__}.{base.__qualname__}")
         if view is not None:
@@ -127,18 +131,64 @@ def _view_of(result: object) -> View:
     raise TypeError(f"nothing is registered that shows a {type(result).__name__}")
 
 
+def _import_registrars() -> None:
+    while _REGISTRARS:
+        import_module(_REGISTRARS.pop())
+
+
 def _load_function(target: str) -> Any:  # noqa: ANN401
     module, _, name = target.partition(":")
     return getattr(import_module(module), name)
 
 
-class Result:
-    """What a person gets back: `table`, `plot` and `str` are alike for every result."""
+class Tabular:
+    """A log or result that leaves as a table of columns, for Arrow, pandas, polars and DuckDB."""
+
+    __slots__ = ()
+
+    def to_arrow(self) -> Any:  # noqa: ANN401
+        """Return the columns as a ``pyarrow.Table``; ImportError without it, of the extra ``io``.
+
+        A log gives a row a sample, times in ``time_s``. A result with samples gives those of its
+        ``to_log()``; any other one gives a row for each axis, finding, parameter or averaging time.
+        Empty cells are null.
+
+        Examples
+        --------
+        >>> import zerorate as zr
+        >>> log = zr.simulate_motion("hand", duration=2.0).recording()["gyro"]
+        >>> log.to_arrow().column_names
+        ['time_s', 'gyro_x_radps', 'gyro_y_radps', 'gyro_z_radps']
+        """
+        pyarrow = _load_function("zerorate.io.readers.arrow:import_pyarrow")("to_arrow()")
+        columns, metadata = _columns_of(self)
+        return pyarrow.table(columns).replace_schema_metadata(metadata or None)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the columns as a data frame; ImportError without pandas. Rows as `to_arrow`."""
+        import pandas
+
+        return pandas.DataFrame(_columns_of(self)[0])
+
+    def __arrow_c_stream__(self, requested_schema: object = None) -> object:
+        """Return a capsule with the table of `to_arrow`: ``polars.from_arrow(x)`` takes it."""
+        return self.to_arrow().__arrow_c_stream__(requested_schema)
+
+
+def _columns_of(tabular: object) -> tuple[dict[str, Any], dict[str, str]]:
+    parts: tuple[dict[str, Any], dict[str, str]]
+    _import_registrars()
+    parts = _load_function(_COLUMN_MAKERS[0])(tabular)
+    return parts
+
+
+class Result(Tabular):
+    """A result of a task: every one has `table`, `plot`, `save`, `str` and `to_arrow`."""
 
     __slots__ = ()
 
     def table(self) -> str:
-        """Return what was found as text, for a terminal or a page."""
+        """Return the result as text, for a terminal or a page."""
         return table_of(self)
 
     def plot(self) -> Figure:
@@ -203,5 +253,5 @@ class Result:
         return self.table()
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: the table and the figure, small."""
+        """Return the view in a notebook: the table and the figure, small."""
         return html_of(self)

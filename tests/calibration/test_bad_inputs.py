@@ -268,7 +268,7 @@ class TestAxes:
         found = zr.calibration.calibrate(with_data(session().recording, gyro))
         assert not found.valid
         assert hand in found.problems[0]
-        assert f"if {told} is taken for its (x, y, z)" in found.problems[0]
+        assert f"if {told} is read as its (x, y, z)" in found.problems[0]
         # The fit itself is of the axes that follow gravity.
         assert found.carry_error == pytest.approx(calibration().carry_error, rel=1e-3)
 
@@ -356,7 +356,7 @@ class TestUnits:
         with pytest.raises(zr.LogError, match=r"unit of the accel is not known.* 9 poses, got 8"):
             zr.calibration.calibrate(with_data(few, accel_unit="unit"))
         flat = zr.simulation.simulate_session(12, seed=5, axis=(0, 0, 1)).recording
-        with pytest.raises(zr.LogError, match="the poses are too alike to find it"):
+        with pytest.raises(zr.LogError, match="the poses are too close to find it"):
             zr.calibration.calibrate(with_data(flat, accel_unit="unit"))
         with pytest.raises(zr.LogError, match=r"turns are about too few axes|one axis"):
             zr.calibration.calibrate(with_data(flat, gyro_unit="unit"))

@@ -126,9 +126,9 @@ class TestImuTk:
         np.testing.assert_allclose(accel.misalignment, np.triu(accel.misalignment), atol=1e-16)
 
     def test_what_has_no_place_is_said_behind_the_numbers(self):
-        with pytest.raises(ValueError, match=r"is not valid, the scale of .*force=True writes"):
+        with pytest.raises(ValueError, match=r"is not valid, the scale of .*doubtful=True writes"):
             calibration(**INVALID).to_imu_tk()
-        files = calibration(**INVALID).to_imu_tk(force=True)
+        files = calibration(**INVALID).to_imu_tk(doubtful=True)
         assert "# WARNING, NOT VALID: the scale of" in files.accel.split("\n\n")[-1]
         assert "# g-sensitivity has no place here: up to 0.1" in files.gyro
         assert "g-sensitivity" not in files.accel
@@ -243,6 +243,6 @@ class TestAll:
         made = replace(calibration(**INVALID), identifiable=identifiable)
         with pytest.raises(ValueError, match=r"not valid, the scale of .*: record"):
             getattr(made, name)()
-        lines = getattr(made, name)(force=True).splitlines()
+        lines = getattr(made, name)(doubtful=True).splitlines()
         assert lines[1] == f"# WARNING, NOT VALID: {INVALID['problems'][0]}"
         assert lines[2] == "# Not determined by the record: gyro.matrix.xx"

@@ -282,7 +282,7 @@ class TestGSensitivity:
         assert self.scale_error(0.3, False) > 3.0 * self.scale_error(0.3, "auto")
 
     def test_the_choice_is_told(self):
-        taken = "what gravity does to the gyro was taken off in the turns"
+        taken = "g-sensitivity of the gyro was subtracted in the turns"
         assert taken in calibration().notes
         none = zr.simulation.simulate_session(
             12, seed=4, gyro=zr.simulation.GyroErrors(g_sensitivity=0.0)

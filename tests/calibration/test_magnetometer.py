@@ -97,7 +97,7 @@ def test_a_magnet_that_comes_and_goes():
     before, after = (mag.heading_error(raw, mag.longest_applied) for raw in (True, False))
     assert np.degrees(before).max() > 20.0
     assert np.degrees(after).max() < 4.0
-    assert "deg where iron is taken off" in mag.table()
+    assert "deg with the correction" in mag.table()
 
 
 def test_a_stuck_magnetometer_is_refused():
@@ -231,7 +231,7 @@ def test_exports(found):
     unknown = replace(mag, hard_iron=(hidden, *others))
     with pytest.raises(ValueError, match="hard iron's x is not known"):
         unknown.to_px4()
-    assert "# WARNING: the hard iron's x is not known" in unknown.to_px4(force=True)
+    assert "# WARNING: the hard iron's x is not known" in unknown.to_px4(doubtful=True)
     with pytest.raises(ValueError, match="none of a magnetic field"):
         replace(mag, unit="1").to_ardupilot()
 
@@ -295,7 +295,7 @@ def test_a_place_tells_field_and_dip(monkeypatch):
     assert any("by the World Magnetic Model" in note for note in there.notes)
     south = zr.calibration.calibrate_magnetometer(recording, place=(-48.1, 11.6, 500.0))
     assert any("the dip is" in problem for problem in south.problems)
-    with pytest.raises(ValueError, match="place tells field and dip"):
+    with pytest.raises(ValueError, match="place determines field and dip"):
         zr.calibration.calibrate_magnetometer(recording, place=(48.1, 11.6), dip=1.1)
     with pytest.raises(ValueError, match="place takes latitude, longitude"):
         zr.calibration.calibrate_magnetometer(recording, place=(48.1,))

@@ -194,7 +194,7 @@ class TestPublished:
         assert float(table.correct(4.844)) == pytest.approx(5.0, abs=4.0 * SIGMA)
 
     def test_one_rate_tells_no_scale_from_bias(self):
-        with pytest.raises(ValueError, match="one alone tells no scale from bias"):
+        with pytest.raises(ValueError, match="one rate cannot separate scale and bias"):
             zr.calibrate_rate_table([5.0, 5.0, 5.0], [4.844, 4.845, 4.843])
 
     def test_a_bias_that_is_removed_leaves_the_spread(self):
@@ -223,7 +223,7 @@ class TestFigure:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"rates": [1.0, 2.0], "means": [1.0, 2.0]}, "2 means cannot tell the 2 coefficients"),
+        ({"rates": [1.0, 2.0], "means": [1.0, 2.0]}, "2 means cannot give the 2 coefficients"),
         ({"means": np.zeros(4)}, "must have one shape"),
         ({"rates": np.zeros((17, 2)), "means": np.zeros((17, 2))}, "must have one shape"),
         ({"means": np.full(17, np.nan)}, "means must be finite"),

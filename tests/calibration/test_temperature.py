@@ -207,7 +207,7 @@ def test_a_warm_up_cannot_be_told_from_a_drift_in_time():
     temperature = 20.0 + 10.0 * np.arange(3600) / 3600.0
     model = fit(0.5 + noise(0)[1], temperature)
     assert not model.time_separable
-    assert any("cannot be told" in note for note in model.notes)
+    assert any("cannot be distinguished" in note for note in model.notes)
     up_and_down = np.concatenate([warm_up(1800), warm_up(1800)[::-1]])
     assert fit(bias_at(up_and_down) + noise(0)[1], up_and_down).time_separable
 

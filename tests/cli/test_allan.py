@@ -177,7 +177,7 @@ class TestFiles:
             np.testing.assert_array_equal(found["tau_s"], curve.taus)
             assert list(found["axis"][:3]) == list(curve.names)
 
-    def test_what_is_doubted_is_not_exported_unless_forced(self, cli, tmp_path, out):
+    def test_what_is_doubted_is_not_exported_unless_accepted(self, cli, tmp_path, out):
         z = signal(3000)
         z[1500:1700] += 0.5
         table = {f"gyro_{x}_radps": z[:, i] for i, x in enumerate("xyz")}
@@ -188,8 +188,8 @@ class TestFiles:
         assert text.startswith("gyro: overlapping Allan deviation")
         check_line(errors, f"{path}: no export to kalibr, px4, json: gyro_x_radps: looks as if it")
         assert "record the sensor at rest" in errors
-        assert "--force writes the numbers with this warning" in errors
-        assert cli(*asked, "--force")[::2] == (0, "")
+        assert "--doubtful writes the numbers with this warning" in errors
+        assert cli(*asked, "--force", "--doubtful")[::2] == (0, "")
         assert "# WARNING: gyro_x_radps: looks" in (out / f"{STEM}-kalibr.yaml").read_text()
         assert "looks as if it moved" in (out / f"{STEM}-models.json").read_text()
 
@@ -200,7 +200,7 @@ class TestFiles:
         check_line(errors, f"{path}: no export to kalibr: it needs a model of a gyro")
 
     def test_exports_hold_the_worst_axis_of_each_kind(self, cli, log, out):
-        options = ("--no-figure", "--force", "--export", "kalibr,vins,orbslam3,px4")
+        options = ("--no-figure", "--export", "kalibr,vins,orbslam3,px4", "--doubtful")
         code, text, _ = cli(log, "-o", out, *options)
         assert code == 0
         gyros, accelerometers = read_sensors(log)
@@ -235,7 +235,7 @@ class TestFiles:
         for sensor, topic in (("/imu/data", "/imu/data"), ("ADIS", "/imu0")):
             named = Log(time, RATE, z, ["gx"], "rad/s", {"sensor": sensor})
             found = characterise_log(named, second_opinion=False)
-            texts, _ = export_texts(Characterised((found,)), "kalibr", forced=True)
+            texts, _ = export_texts(Characterised((found,)), "kalibr", doubtful=True)
             assert yaml.safe_load(texts["kalibr"])["rostopic"] == topic
 
     def test_models_of_every_axis(self, cli, log, out):

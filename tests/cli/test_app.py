@@ -71,8 +71,8 @@ def test_help_is_a_screen_with_an_example_that_is_right(call, name):
     assert about in " ".join(call("--help")[1].split())
     short, whole = call(name, "--help")[1], call(name, "--help-all")[1]
     lines = short.splitlines()
-    assert lines[lines.index("Examples") + 1] == f"  {example}"
-    assert len(lines) <= 42
+    assert lines[lines.index("Begin with") + 1] == f"  {example}"
+    assert len(lines) <= 40
     for text in (short, whole):
         assert max(map(len, text.splitlines())) <= 100
         assert not any(word in text for word in ("<", "TEXT", "BOOL", "…", "e.g.\n\n"))

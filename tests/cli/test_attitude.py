@@ -191,10 +191,10 @@ class TestStream:
         ]
         code, _, errors = streamed(LINES, *options, "--frame", "ned")
         assert code == 2
-        check_line(errors, "it was made with --frame enu, now it is ned; --force begins anew")
+        check_line(errors, "it was made with --frame enu, now it is ned; --force starts again")
         code, _, errors = streamed(LINES, "--rate", "100", "--checkpoint", tmp_path / "state")
         assert code == 2
-        check_line(errors, "it is of the engine 'attitude', not of 'drift'; --force begins anew")
+        check_line(errors, "it is of the engine 'attitude', not of 'drift'; --force starts again")
 
     @pytest.mark.parametrize(
         ("options", "match"),
@@ -285,7 +285,7 @@ def test_a_place_gives_true_north(tmp_path, capsys):
     ("options", "told"),
     [
         (["--at", "95,11"], "--at takes deg, latitude within 90 first, got '95,11'"),
-        (["--at", "48,11", "--declination", "4"], "--at tells the declination: give it, or"),
+        (["--at", "48,11", "--declination", "4"], "--at determines the declination: give it, or"),
         (["--at", "48,11", "--no-mag"], "--at has no effect with --no-mag"),
     ],
 )

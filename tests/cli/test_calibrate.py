@@ -155,7 +155,7 @@ class TestReplay:
         log = write_table(tmp_path / "two.csv", columns)
         code, text, _ = call("replay", "--calibration", cal, log, "-o", out, "--no-figure")
         assert code == 0
-        assert "- of 2 accelerometers accel is taken for the force on the gyro" in text
+        assert "- of 2 accelerometers accel is used as the force on the gyro" in text
 
     def test_what_does_not_fit(self, call, cal, tmp_path, out):
         log = write_table(tmp_path / "run.csv", {"gyro_x_dps": np.ones(400)})
@@ -290,11 +290,15 @@ class TestCalibrate:
         }
         log = write_table(tmp_path / "two.csv", columns)
         code, _, errors = cli(log, "-o", out, "--no-figure")
-        assert code == 1
-        check_line(errors, "two.csv: the recording has 2 logs of gyro: gyro, gyro_1; choose one, ")
-        assert errors.endswith("such as --gyro gyro\n")
+        assert code == 2
+        check_line(errors, "two.csv: there are 2 IMUs: imu1, imu2; choose one, ")
+        assert errors.endswith("such as --sensor imu1\n")
+        assert cli(log, "-o", out, "--no-figure", "--sensor", "imu2")[0] == 0
+        of_sensor = out / "two-zerorate-calibration-imu2.json"
         assert cli(log, "-o", out, "--no-figure", "--gyro", "gyro_1")[0] == 0
         found = zr.Calibration.from_json(out / "two-zerorate-calibration.json")
+        named = zr.Calibration.from_json(of_sensor)
+        np.testing.assert_array_equal(named.values, found.values)
         np.testing.assert_allclose(found.values, zr.calibrate(session.recording).values, rtol=1e-6)
         cal = out / "two-zerorate-calibration.json"
         assert cli("--apply", cal, log, "-o", out, "--gyro", "gyro_1")[0] == 0

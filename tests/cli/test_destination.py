@@ -27,7 +27,7 @@ CASES = {
     "a curve": (("allan", ()), "new/noise.json", ["noise.json", "noise.png"]),
     "a curve's figure": (("allan", ()), "new/noise.pdf", ["noise.csv", "noise.pdf"]),
     "exports": (
-        ("allan", ("--no-figure", "--force", "--export", "json")),
+        ("allan", ("--no-figure", "--doubtful", "--export", "json")),
         "new/noise.csv",
         ["noise-models.json", "noise.csv"],
     ),

@@ -91,7 +91,7 @@ class TestText:
     @pytest.mark.parametrize(
         ("options", "expected"),
         [
-            (("--order", "2,1"), "ARMA(2, 1) was asked for"),
+            (("--order", "2,1"), "ARMA(2, 1) was requested"),
             (("--criterion", "bic"), "BIC chooses"),
             (("--max-order", "4"), "Orders of AR models"),
             (("--segments", "20"), "20 segments"),

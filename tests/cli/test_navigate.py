@@ -119,7 +119,7 @@ def test_wheels_tell_their_speed_or_their_ticks(cli, gnss, out, tmp_path):
         scale, sigma = (float(word) for word in note.split(" %")[0].split(" ± "))
         if k < 2:
             assert abs(scale - 2.0) < 4.0 * sigma < 4.0
-        assert "% faster than they tell, along an axis" in note
+        assert "% faster than measured, along an axis" in note
 
 
 def test_held_stands_beside_the_filter(cli, imu, gnss, out):

@@ -29,7 +29,7 @@ def test_a_page_and_its_numbers_are_written(cli, tmp_path):
     code, out, err = cli(log(tmp_path), "--unit", "deg/s", "-o", tmp_path / "out")
     assert (code, err) == (0, "")
     assert names(tmp_path / "out") == [f"{STEM}.html", f"{STEM}.json"]
-    assert "run.csv: Nothing in this log passes a limit." in out
+    assert "run.csv: All within limits: " in out
     content = json.loads((tmp_path / "out" / f"{STEM}.json").read_text())
     assert content["findings"][0]["kind"] == "sensor"
 
@@ -58,3 +58,20 @@ def test_two_logs_go_on_one_page(cli, tmp_path):
     code, _, err = cli(second, second, "--gnss", second, "-o", tmp_path / "other")
     assert code == 2
     assert "--gnss goes with one log, got two" in one_line(err)
+
+
+@pytest.mark.parametrize(("level", "code"), [("none", 0), ("act", 1), ("look", 1)])
+def test_fail_on_ends_with_1_and_a_line_a_finding(cli, level, code, tmp_path):
+    t = np.arange(3000) / 100.0
+    z = np.random.default_rng(2).normal(size=(3000, 3))
+    z[::8] = np.nan
+    path = write_table(
+        tmp_path / "lost.csv",
+        {"time_s": t, **{f"gyro_{axis}": z[:, i] for i, axis in enumerate("xyz")}},
+    )
+    ended, out, err = cli(path, "--unit", "deg/s", "--fail-on", level, "-o", tmp_path / "out")
+    assert ended == code
+    assert (".json\n\nact: gyro" in out) == bool(code)
+    assert (f"--fail-on {level}" in err) == bool(code)
+    # The page is written all the same.
+    assert (tmp_path / "out" / "lost-zerorate-report.html").exists()

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+import zerorate as zr
 from support.commands import names
 from zerorate import Calibration, read_log, read_recording
 from zerorate.simulation import DEVICES, GyroErrors, simulate_session
+from zerorate.tasks.simulate_motion import simulated_motion
 
 
 class TestSimulate:
@@ -97,12 +99,64 @@ class TestSession:
         assert names(out) == []
 
 
+class TestMotion:
+    @pytest.mark.parametrize("kind", ["csv", "parquet"])
+    def test_a_motion_is_read_back_as_it_is_simulated(self, call, out, kind):
+        for motion, seconds in (("hand", 12.0), ("drive", 40.0), ("walk", 15.0)):
+            file = out / f"{motion}.{kind}"
+            options = ("--duration", seconds, "--seed", "3")
+            assert call("simulate", motion, "-o", file, *options)[0] == 0
+            recording, fixes = simulated_motion(motion, 100.0, seconds, 3)
+            found = read_recording(file)
+            assert set(found.names) == set(recording.names)
+            for name, log in recording.items():
+                np.testing.assert_array_equal(found[name].data, log.data)
+                assert (found[name].unit, found[name].rate) == (log.unit, log.rate)
+        told = zr.read_fixes(out / "drive-fixes.csv")
+        assert fixes is None
+        fixes = simulated_motion("drive", 100.0, 40.0, 3)[1]
+        # Twelve digits of a degree are a tenth of a millimetre.
+        np.testing.assert_allclose(told.position, fixes.position, rtol=1e-11)
+        np.testing.assert_allclose(told.time, fixes.time, rtol=1e-11)
+
+    def test_a_hand_has_its_iron_and_its_magnet(self, call, out):
+        iron = ("--iron", "12,-9,20", "--magnet", "8,9")
+        for name, options in (("plain", ()), ("iron", iron)):
+            file = out / f"{name}.csv"
+            assert call("simulate", "hand", "-o", file, "--duration", "10", *options)[0] == 0
+        plain, disturbed = (read_recording(out / f"{name}.csv").mag for name in ("plain", "iron"))
+        difference = disturbed.data - plain.data
+        np.testing.assert_allclose(difference[:800], [[12.0, -9.0, 20.0]] * 800, atol=1e-9)
+        assert np.abs(difference[810:890] - [12.0, -9.0, 20.0]).max() > 1.0
+
+    @pytest.mark.parametrize(
+        ("arguments", "message"),
+        [
+            (("hand",), "simulate hand needs a file"),
+            (("drive", "-o", "a.npz"), "cannot write a log as '.npz'"),
+            (("walk", "-o", "a.csv", "--axes", "2"), "--axes has no meaning with walk"),
+            (("walk", "-o", "a.csv", "--iron", "1,2,3"), "acts on the motion 'hand' only"),
+            (("hand", "-o", "a.csv", "--iron", "1,2"), "takes numbers such as 12,-9,20"),
+            (("mpu6050", "-o", "a.csv", "--magnet", "1,2"), "--magnet needs the motion hand"),
+        ],
+    )
+    def test_usage(self, call, out, monkeypatch, arguments, message):
+        monkeypatch.chdir(out)
+        code, _, errors = call("simulate", *arguments)
+        assert (code, names(out)) == (2, [])
+        assert message in errors
+
+
 class TestDemo:
     def test_it_compares_with_the_truth(self, call, out):
         code, text, errors = call("demo", "-o", out, "--duration", "20")
         assert (code, errors) == (0, "")
         assert "true error" in text
-        assert "Bias at the end, by auto" in text
+        first, _, second = text.partition("Bias as each method estimates it")
+        assert "Bias at the end, by auto" in first
+        assert "error at the end" in first
+        assert "true error" not in first
+        assert "true error" in second
         assert names(out) == ["demo-zerorate.parquet", "demo-zerorate.png"]
         assert call("demo", "-o", out, "--duration", "20")[0] == 2
         assert call("demo", "-o", out, "--duration", "20", "--force")[0] == 0

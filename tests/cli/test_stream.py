@@ -100,6 +100,39 @@ def test_a_log_of_ours_begins_with_a_comment_and_is_filtered(tmp_path):
     assert answers[0] == lines[1]
 
 
+def test_rate_and_unit_of_a_first_line_are_taken(tmp_path):
+    head = "# rate: 100 Hz, unit: deg/s"
+    expected = streamed(["wx,wy", *LINES], *RATE, "--unit", "deg/s")
+    assert (
+        streamed(
+            [head, "wx,wy", *LINES],
+        )
+        == expected
+    )
+    other = streamed([head, "wx,wy", *LINES], "--unit", "rad/s")
+    assert other == streamed(["wx,wy", *LINES], *RATE, "--unit", "rad/s")
+    path = tmp_path / "lines.txt"
+    path.write_text("\n".join([head, "wx,wy", *LINES]) + "\n")
+    assert streamed([], str(path)) == expected
+
+
+def test_a_calibration_is_read_from_its_file(tmp_path):
+    session = zr.simulation.simulate_session(12, seed=3)
+    path = tmp_path / "cal.json"
+    path.write_text(session.truth.to_json())
+    rows = session.recording.gyro.data[:200]
+    head = ",".join(f"gyro_{a}_dps" for a in "xyz")
+    code, answers, _ = streamed([head, *lines_of(rows)], *RATE, "--calibration", path)
+    plain = streamed([head, *lines_of(rows)], *RATE)[1]
+    assert (code, len(answers)) == (0, 201)
+    assert answers != plain
+    for options in (
+        ("--calibration", tmp_path / "none.json"),
+        ("--calibration", path, "--attitude"),
+    ):
+        assert streamed([head], *RATE, *options)[0] != 0
+
+
 def test_what_is_garbled_before_the_first_line_is_told_and_passed_over():
     code, answers, errors = streamed(["0.5,0.2", "0.5"], *RATE, "--fields", "1")
     assert (code, len(answers)) == (0, 1), errors
@@ -224,7 +257,7 @@ def test_lost_samples_are_counted():
     assert errors == (
         "zerorate: filters column 1; passes on 0\n"
         "zerorate: 20 samples, 3 of them lost; 1 came late or again; "
-        "the numbers began anew 0 times\n"
+        "the numbers restarted 0 times\n"
     )
 
 
@@ -235,7 +268,7 @@ def test_a_counter_of_a_byte_wraps_many_times():
     assert errors == (
         "zerorate: filters column 1; passes on 0\n"
         "zerorate: 3000 samples, 1 of them lost; 0 came late or again; "
-        "the numbers began anew 0 times; they wrap after 255\n"
+        "the numbers restarted 0 times; they wrap after 255\n"
     )
 
 
@@ -246,16 +279,16 @@ def test_a_new_beginning_is_told_at_once():
         assert asked.ask("31,0.5") == "31,0.0"
         assert "filters" in asked.process.stderr.readline()
         told = asked.process.stderr.readline()
-        assert told == "zerorate: line 132: the sequence numbers begin anew, here with 31\n"
+        assert told == "zerorate: line 132: the sequence numbers restart, here with 31\n"
         code, _, errors = asked.end()
     assert code == 0
-    assert "31 came late or again; the numbers began anew 1 times" in errors
+    assert "31 came late or again; the numbers restarted 1 times" in errors
 
 
 def test_many_new_beginnings_are_told_ten_times():
     lines = [f"{10**7 * i},0.5" for i in range(200)]
     code, _, errors = streamed(lines, *RATE, "--sequence", "0")
-    assert (code, errors.count("begin anew, here with")) == (0, 10)
+    assert (code, errors.count("restart, here with")) == (0, 10)
 
 
 class TestClosedDescriptors:
@@ -514,7 +547,7 @@ class TestCheckpoints:
         checkpoint.write_bytes(damaged[torn])
         code, answers, errors = streamed(LINES, *RATE, "--checkpoint", checkpoint)
         assert (code, answers, len(errors.splitlines())) == (1, [], 1)
-        assert "--force begins anew" in errors
+        assert "--force starts again" in errors
         assert checkpoint.read_bytes() == damaged[torn]
         forced = streamed(LINES[:100], *RATE, "--checkpoint", checkpoint, "--force")
         assert forced == (0, EXPECTED[:100], told_of(Z[:100]))

@@ -30,7 +30,7 @@ FIRST = {
     "attitude": "Attitude of ",
     "navigate": "Track of ",
     "walk": "Walk of walk.csv, smoothed: ",
-    "report": "hand.csv: Nothing in this log passes a limit.",
+    "report": "hand.csv: All within limits: ",
     "formats": "hand.csv is read as text",
     "simulate": "Gyros that can be simulated",
 }

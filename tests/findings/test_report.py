@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +45,8 @@ def kinds(table, severity):
 def test_a_clean_log_passes_no_limit():
     found = zr.report(zr.simulate_motion("hand", duration=60.0).recording())
     assert (found.count("act"), found.count("look")) == (0, 0)
-    assert found.summary == "Nothing in this log passes a limit."
+    count = sum(one.severity == "good" and one.value is not None for one in found.findings)
+    assert found.summary.startswith(f"All within limits: {count} numbers of clock, samples, rest")
     assert kinds(columns(imus=2), "act") | kinds(columns(imus=2), "look") == set()
 
 
@@ -134,7 +136,7 @@ def test_a_number_far_from_its_limit_is_good_and_one_within_two_errors_only_a_lo
 def test_what_a_report_needs_is_said():
     with pytest.raises(zr.LogError, match="needs a gyro or an accelerometer of three axes"):
         zr.report(zr.Recording({"mag": zr.simulate_motion("hand", duration=5.0).recording().mag}))
-    with pytest.raises(zr.LogError, match="no timestamps to tell the sampling rate; give rate="):
+    with pytest.raises(zr.LogError, match="no timestamps for the sampling rate; give rate="):
         zr.report(np.zeros(3))
 
 
@@ -166,6 +168,39 @@ def test_the_page_of_limits_is_the_table():
         assert f"| {' | '.join(cells)} |" in page, name
 
 
+def test_every_limit_of_our_own_has_a_reason():
+    assert {one.source for one in LIMITS.values() if len(one.source) < len("own: one")} == set()
+
+
+def test_lost_samples_are_counted_once():
+    table = columns()
+    kept = np.ones(N, dtype=bool)
+    kept[1000:1050] = kept[3000:3020] = False
+    found = zr.report(zr.read_recording({name: column[kept] for name, column in table.items()}))
+    (gaps,) = [one for one in found.findings if one.kind in ("gaps", "lost samples")]
+    assert "1.2 % of samples are lost in 2 gaps" in gaps.text
+    others = [one.text for one in found.findings if one.section == gaps.section and one != gaps]
+    assert not any("missing" in text or "regular" in text or "gap" in text for text in others)
+
+
+def test_a_log_without_stamps_is_worth_a_look():
+    table = {name: column for name, column in columns().items() if name != "time_s"}
+    found = zr.report(zr.read_recording(table, rate=100.0))
+    (one,) = [one for one in found.findings if one.kind == "no stamps"]
+    assert (one.severity, "lost samples do not show" in one.text) == ("look", True)
+
+
+def test_all_imus_are_compared_and_the_odd_one_of_six_has_its_name():
+    table = columns(imus=6)
+    table["imu4_gyro_x_dps"] = table["imu4_gyro_x_dps"] + 7.0
+    found = zr.report(zr.read_recording(table)).findings
+    pairs = [one for one in found if one.kind == "gyros differ"]
+    assert len(pairs) == 15
+    assert sum(one.severity == "act" for one in pairs) == 5
+    (odd,) = [one for one in found if one.kind == "odd one"]
+    assert odd.text.startswith("Of 6 IMUs, imu4 is the odd one by the gyro's bias: at least 6.99")
+
+
 @needs_recordings
 def test_a_px4_log_says_what_the_autopilot_wrote():
     found = zr.report(zr.read_recording(RECORDINGS / "px4_motor_failure.ulg"))
@@ -177,7 +212,11 @@ def test_a_px4_log_says_what_the_autopilot_wrote():
 @needs_recordings
 def test_samples_that_the_clock_lost_are_no_samples_without_a_number():
     found = zr.report(zr.read_recording(RECORDINGS / "px4_motor_failure.ulg"))
-    assert {one.kind for one in found.urgent_findings} == {"estimator vibration", "slow", "gaps"}
+    assert {one.kind for one in found.urgent_findings} == {
+        "estimator vibration",
+        "slow",
+        "lost samples",
+    }
 
 
 @needs_recordings
@@ -186,3 +225,19 @@ def test_an_ardupilot_log_says_what_the_autopilot_wrote():
     wrote = [one for one in found.findings if one.section == "What the autopilot wrote"]
     assert [one.kind for one in wrote] == ["vibration", "clips", "clips", "clips"]
     assert wrote[0].value == pytest.approx(0.215, abs=0.001)
+
+
+@pytest.mark.parametrize(
+    ("share", "severity"), [(0.005, "good"), (0.03, "look"), (0.12, "act"), (0.3, "act")]
+)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_share_of_lost_samples_is_judged_whatever_they_cost(share, severity, seed):
+    """A slow motion is bridged well; what was lost is lost all the same."""
+    motion = zr.simulate_motion("vehicle", duration=60.0, seed=seed).recording()
+    lost = np.random.default_rng(seed).random(motion["gyro"].n) < share
+    data = np.where(lost[:, None], np.nan, motion["gyro"].data)
+    found = zr.report(replace(motion, logs={**motion, "gyro": replace(motion["gyro"], data=data)}))
+    kinds = [one for one in found.findings if one.kind in ("gaps", "lost samples")]
+    assert [one.severity for one in kinds] == [severity]
+    assert found.findings_from("none") == ()
+    assert set(found.findings_from("act")) <= set(found.findings_from("look"))

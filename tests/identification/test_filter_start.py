@@ -247,9 +247,9 @@ def test_a_fit_that_runs_away_brings_the_moments_of_its_record():
 
 def test_a_walk_takes_its_place_from_the_record():
     walk = ArmaModel.of([1.0], [-0.9])
-    with pytest.raises(ValueError, match="does not tell the offset of a filter: give it"):
+    with pytest.raises(ValueError, match="does not determine the offset of a filter: give it"):
         walk.to_filter(RATE)
-    with pytest.raises(ValueError, match="does not tell the scale of a filter: give it"):
+    with pytest.raises(ValueError, match="does not determine the scale of a filter: give it"):
         walk.to_filter(RATE, offset=3.0)
     known = dataclasses.replace(walk, record_mean=3.0, record_deviation=0.5)
     f = known.to_filter(RATE, "kf", output="estimate")

@@ -84,7 +84,7 @@ class TestKnownModel:
     def test_an_order_may_be_given(self):
         other = identify(arma(), RATE, order=(1, 0))
         assert other.model.order == (1, 0)
-        assert "AR(1) was asked for; the clear choice of AIC is ARMA(2, 1)" in said(other)
+        assert "AR(1) was requested; the clear choice of AIC is ARMA(2, 1)" in said(other)
         assert not other.whiteness.white
         assert "The residuals are not white" in said(other)
 

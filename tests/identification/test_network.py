@@ -134,7 +134,7 @@ def test_the_longest_training():
     (np.append(np.full(2000, np.nan), NOISY), {},
      "a network of 15 weights needs 750 samples to be trained on, 50 a weight"),
     (np.append(NOISY, np.full(2000, np.nan)), {},
-     "the second half of z has no step without a missing sample to judge by"),
+     "the second half of z has no step without a missing sample for the test"),
     (np.append(np.zeros(2000), NOISY), {}, "needs samples that differ"),
     (1e200 * NOISY, {}, "too large or too small to be squared"),
     (np.zeros((9000, 2)), {}, "z must be one axis"),

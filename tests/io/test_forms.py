@@ -82,7 +82,7 @@ def test_messages_of_several_units_of_one_log(tmp_path):
     (tmp_path / "a.log").write_text(rows)
     log = zr.read_log(tmp_path / "a.log")
     assert (log.rate, log.data[0].tolist()) == (100, [0.5, 2, 3])
-    assert any("tells 2 sensors apart" in note for note in log.meta["notes"])
+    assert any("distinguishes 2 sensors" in note for note in log.meta["notes"])
     assert zr.read_log(tmp_path / "a.log", topic="IMU_1").data[0, 0] == 10.5
 
 
@@ -105,7 +105,7 @@ def test_names_that_tell_no_axes_are_taken_in_order():
     log = zr.read_log(columns)
     assert log.names == ("g1", "g2", "g3")
     assert (
-        "the names g1, g2, g3 tell no axes, so they are x, y, z in this order"
+        "the names g1, g2, g3 show no axes, so they are x, y, z in this order"
         in (log.meta["notes"])
     )
 

@@ -83,7 +83,7 @@ def test_texts_in_objects(table):
     ("cell", "told"),
     [
         ("12:00:03.000", "'12:00:03.000' is no date and time of ISO 8601 such as 2024-05-01T12"),
-        ("2024-05-01 12:00:03.000", "tells no time zone, unlike the first row"),
+        ("2024-05-01 12:00:03.000", "has no time zone, unlike the first row"),
         ("2024-02-30 12:00:03.000+02:00", "is no date of the calendar"),
         ("0024-05-01 12:00:03.000+02:00", "is no date and time"),
         ("2024-05-01 12:00:03.0123456789+02:00", "is no date and time"),

@@ -35,7 +35,7 @@ def test_sensors_that_take_turns(tmp_path, name, numbers):
     ]
     log = read_log(table(tmp_path / "a.csv", f"time_us,{name},gx,gy,gz", rows))
     check(log)
-    assert any(f"'{name}' tells 2 sensors apart" in note for note in log.meta["notes"])
+    assert any(f"'{name}' distinguishes 2 sensors" in note for note in log.meta["notes"])
 
 
 def test_a_number_that_stays_tells_nothing_apart(tmp_path):

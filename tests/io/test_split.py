@@ -77,7 +77,7 @@ def test_a_table_that_is_not_split_says_how(tmp_path, suffix, order):
         said = " ".join(read_log(path).meta["notes"])
     except LogError as error:
         said = str(error)
-    assert "column 'sensor' seems to tell several records apart; group_by= reads each" in said
+    assert "column 'sensor' seems to distinguish several records; group_by= reads each" in said
 
 
 def test_a_clock_that_was_set_back_is_no_reason_to_split(tmp_path):

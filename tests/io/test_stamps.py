@@ -207,7 +207,7 @@ def test_a_counter_of_32_bits_that_began_anew_goes_on(kind, name):
     column = (COUNTED % 2**32).astype(kind)
     log = read_log({name: column, "wx_dps": GYRO})
     assert (log.rate, log.n, log.meta["clock"].regular) == (200.0, 1000, True)
-    assert f"time column '{name}' began anew at 2^32 once" in log.meta["notes"][0]
+    assert f"time column '{name}' wrapped at 2^32 once" in log.meta["notes"][0]
     lost = np.r_[0:390, 420:1000]
     log = read_log({name: column[lost], "wx_dps": GYRO[lost]})
     assert (log.n, log.missing_count, log.meta["clock"].gap_count) == (1000, 30, 1)
@@ -241,7 +241,7 @@ def test_what_only_may_be_the_time_by_its_name_has_to_rise(name, column, told):
     table = pd.DataFrame({"wx_dps": GYRO, name: column})
     log = read_log(table, rate=200)
     assert (log.rate, log.n) == (200.0, 1000)
-    assert log.meta["notes"][0].startswith(f"column '{name}' is not taken for the time: ")
+    assert log.meta["notes"][0].startswith(f"column '{name}' is not read as the time: ")
     assert told in log.meta["notes"][0]
     with pytest.raises(LogError, match=rf"give rate= in Hz; column '{name}' is not .*{told}"):
         read_log(table)

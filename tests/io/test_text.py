@@ -131,7 +131,7 @@ def test_headerless_time_is_found(tmp_path, parser):
     assert (log.rate, log.names) == (50.0, ("column_1", "column_2"))
     assert log.unit == "unit"
     notes = log.meta["notes"]
-    assert notes[0] == "the table has no names: column_1, column_2 are taken for a gyro"
+    assert notes[0] == "the table has no names: column_1, column_2 are read as a gyro"
     assert any("is not known; give unit=" in note for note in notes)
 
 

@@ -53,7 +53,7 @@ def test_two_readings_are_both_named():
 def test_another_clock_tells():
     log = log_of(200 * I, beside={"elapsed_s": 0.2 * I})
     assert log.rate == 5.0
-    assert log.meta["notes"] == ("time column 'time' read as ms, as column 'elapsed_s' tells",)
+    assert log.meta["notes"] == ("time column 'time' read as ms, as column 'elapsed_s' shows",)
 
 
 @pytest.mark.parametrize(
@@ -110,7 +110,7 @@ def test_counters_of_few_bits_go_on(bits, signed):
     log = log_of(count, "t_ms")
     assert (log.rate, log.n, log.meta["clock"].regular) == (100.0, N, True)
     # Those that count no further than half of it at first wrap at zero.
-    assert signed or f"began anew at 2^{bits} once" in log.meta["notes"][0]
+    assert signed or f"wrapped at 2^{bits} once" in log.meta["notes"][0]
 
 
 @pytest.mark.parametrize("seconds", [5, 60, 600])

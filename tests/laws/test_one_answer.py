@@ -267,9 +267,9 @@ CASES = {
     "allan, exports": Case(
         "allan",
         "characterise",
-        ("--export", "kalibr,px4,json", "--inflate", "10", "--force"),
+        ("--export", "kalibr,px4,json", "--inflate", "10", "--no-bounds", "--doubtful"),
         {},
-        {"export": "kalibr,px4,json", "inflate": 10.0, "force": True},
+        {"export": "kalibr,px4,json", "inflate": 10.0, "bounds": False, "doubtful": True},
     ),
     "allan, kind": Case(
         "allan",
@@ -371,7 +371,7 @@ CASES |= {
     "magnetometer, place": Case(
         "calibrate",
         "calibrate_magnetometer",
-        (*MAGNETOMETER, "--field", "48", "--dip", "65", "--export", "px4", "--force"),
+        (*MAGNETOMETER, "--field", "48", "--dip", "65", "--export", "px4", "--doubtful"),
         {"field": 48.0, "dip": float(np.radians(65.0))},
         {"exports": ["px4"], "doubtful": True},
         source="compass",

@@ -37,7 +37,7 @@ def test_one_that_is_told_wrongly_shows():
     wrong = filter_(driven, antenna_sigma=0.05)
     right = filter_(driven, antenna=TRUE, antenna_sigma=0.05)
     notes = [nav.process(driven.recording(), driven.fixes).notes for nav in (wrong, right)]
-    assert notes[0][0].startswith("the antenna is not where it is told to be: 0.")
+    assert notes[0][0].startswith("the antenna is not at its stated position: 0.")
     assert notes[1][0].startswith("the antenna is 0.98 ± 0.04, 0.30 ± ")
 
 

@@ -124,7 +124,7 @@ def test_without_velocities_the_last_two_positions_tell_one():
     nav = zr.NavigationFilter(start(driven, 0.0))
     one = zr.navigation.outages(driven.recording(), bare, seconds=10.0, nav=nav)
     known = zr.navigation.outages(driven.recording(), driven.fixes, seconds=10.0, nav=nav)
-    assert "of the last two positions" in one.notes[0]
+    assert "from the last two positions" in one.notes[0]
     assert known.notes == ()
     before = one[10.0].spans[0, 0].round().astype(int)
     way = -local_ned(bare.position[before - 1], bare.position[before])[:2]

@@ -70,7 +70,7 @@ class TestNmea:
         new_year = 1_735_689_600.0
         assert fixes.time[2] == (new_year if dated else 86_400.0)
         assert fixes.epoch == (0.0 if dated else None)
-        assert any("tells the date" in note for note in fixes.notes) is not dated
+        assert any("has the date" in note for note in fixes.notes) is not dated
 
     def test_the_date_changes_with_the_day(self, tmp_path):
         lines = [*epoch("235959.90", date="280224"), *epoch("000000.10", date="290224")]
@@ -285,7 +285,7 @@ class TestTables:
         np.testing.assert_array_equal(fixes.position_sigma[2], [np.nan, np.nan, 0.3])
         np.testing.assert_array_equal(fixes.velocity_sigma, np.full((3, 3), 0.4))
         assert (fixes.quality.tolist(), fixes.satellites.tolist()) == ([1, 1, 5], [9, 9, -1])
-        assert fixes.notes == ("standard deviations of zero are taken for unknown",)
+        assert fixes.notes == ("standard deviations of zero count as unknown",)
         assert fixes.epoch is None
 
     def test_short_names_and_radians(self):

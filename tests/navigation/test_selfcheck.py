@@ -84,8 +84,8 @@ MISTAKES = {
     "Unix time": (lambda i, f: (i, f.shifted(1.7e9)), "clock", "another clock"),
     # The clock of the recorded drive gains 0.08 s between the middles of its halves.
     "jump": (lambda i, f: (i, jumped(f)), "jump", r"jumps by (3.0|2.9) s"),
-    "frozen gyro": (lambda i, f: (frozen(i, "gyro"), f), "frozen", "the gyro tells nothing new"),
-    "frozen force": (lambda i, f: (frozen(i, "accel"), f), "frozen", "accelerometer tells nothing"),
+    "frozen gyro": (lambda i, f: (frozen(i, "gyro"), f), "frozen", "the gyro repeats its values"),
+    "frozen force": (lambda i, f: (frozen(i, "accel"), f), "frozen", "meter repeats its values"),
 }
 
 

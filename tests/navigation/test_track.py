@@ -242,9 +242,7 @@ def test_fixes_on_another_clock_are_told():
     drive = zr.simulate_drive(50.0, 40.0, seed=1)
     start = zr.align(drive.recording(), latitude=48.0, heading="course", span=(0.0, 20.0))
     track = zr.NavigationFilter(start).process(drive.recording(), drive.fixes.shifted(1.7e9))
-    assert track.notes[0].startswith(
-        "none of the fixes is used: they are from 1.7e+09 to 1.7e+09 s"
-    )
+    assert track.notes[0].startswith("none of the fixes is used: they are from 1700000000")
     assert "time_offset= moves them" in track.notes[0]
 
 

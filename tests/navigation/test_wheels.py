@@ -85,7 +85,7 @@ def test_times_of_their_own_are_those_of_a_loop():
             nav.update_gnss(t, driven.fixes.position[k], driven.fixes.velocity[k], *sigmas)
     assert nav.to_bytes() == batch.to_bytes()
     (note,) = (one for one in track.notes if one.startswith("the wheels roll"))
-    assert "% faster than they tell" in note
+    assert "% faster than measured" in note
 
 
 @pytest.mark.parametrize(
@@ -106,7 +106,8 @@ def test_ticks_of_which_nothing_is_told_are_refused():
     with pytest.raises(ValueError, match="tick must be given, or fixes"):
         zr.navigation.Wheels.of_ticks(time, time)
     still = zr.simulate_drive(50.0, 40.0, kind="rest").fixes
-    with pytest.raises(zr.LogError, match=r"does not tell how long a tick .* tick= says it"):
+    refused = "does not give the length of a wheel's tick.* tick= says it"
+    with pytest.raises(zr.LogError, match=refused):
         zr.navigation.Wheels.of_ticks(time, time, fixes=still)
 
 

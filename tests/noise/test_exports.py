@@ -127,14 +127,15 @@ def test_ros_takes_the_variance_of_one_message():
 
 
 @WITH_WALK
-def test_what_is_not_identifiable_is_left_out_unless_forced(export):
-    plain, forced = (
-        export(SHORT, accelerometer=ACCELEROMETER, rate=RATE, force=force)
-        for force in (False, True)
+def test_a_bound_is_written_with_a_comment_unless_it_is_unwanted(export):
+    plain, bounded = (
+        export(SHORT, accelerometer=ACCELEROMETER, rate=RATE, bounds=bounds)
+        for bounds in (False, True)
     )
+    assert export(SHORT, accelerometer=ACCELEROMETER, rate=RATE) == bounded
     assert plain.count("the record does not determine it, so not written; record ten hours") == 1
-    assert "upper bound," not in plain
-    assert forced.count("upper bound, the record does not determine it") == 1
+    assert "upper bound" not in plain
+    assert bounded.count("upper bound at 95 %, the record does not determine it") == 1
     given = NoiseModel(1e-4, rate_random_walk=0.0)
     given_zero = export(given, accelerometer=ACCELEROMETER, rate=RATE)
     assert "upper bound" not in given_zero
@@ -142,12 +143,90 @@ def test_what_is_not_identifiable_is_left_out_unless_forced(export):
     assert "0.00000e+00" in given_zero
 
 
+def read_as_kalibr(text):
+    """Check what ``ImuParameters`` of Kalibr's ConfigReader.py checks, and return the numbers."""
+    data = yaml.safe_load(text)
+    assert isinstance(data["rostopic"], str)
+    names = ("accelerometer_noise_density", "accelerometer_random_walk")
+    names += ("gyroscope_noise_density", "gyroscope_random_walk", "update_rate")
+    numbers = {name: data[name] for name in names}
+    assert all(type(number) is float and number > 0.0 for number in numbers.values())
+    return numbers
+
+
+def read_as_orbslam3(text):
+    """Read as ``Settings::readIMU`` does: each is required, and a real number."""
+    data = yaml.safe_load(text)
+    names = ("NoiseGyro", "NoiseAcc", "GyroWalk", "AccWalk", "Frequency")
+    numbers = {name: data[f"IMU.{name}"] for name in names}
+    assert all(type(number) is float for number in numbers.values())
+    assert numbers["Frequency"] > 0.0
+    return numbers
+
+
+def read_as_vins(text):
+    """Read as ``readParameters`` of VINS does, where an absent number is a silent zero."""
+    data = yaml.safe_load(text)
+    numbers = {name: data.get(name, 0.0) for name in ("acc_n", "acc_w", "gyr_n", "gyr_w")}
+    assert all(type(number) is float and number > 0.0 for number in numbers.values())
+    return numbers
+
+
+def read_as_qgroundcontrol(text):
+    """Read lines of five tab-separated cells; parameters lie in the ranges of PX4's sources."""
+    ranges = {"EKF2_GYR_NOISE": (1e-4, 0.1), "EKF2_GYR_B_NOISE": (0.0, 0.01)}
+    ranges |= {"EKF2_ACC_NOISE": (0.01, 1.0), "EKF2_ACC_B_NOISE": (0.0, 0.01)}
+    numbers = px4_values(text)
+    assert numbers.keys() == ranges.keys()
+    for name, (low, high) in ranges.items():
+        outside = f"{name}: " in text and f"outside PX4's range {low:g} to {high:g}" in text
+        assert low <= numbers[name] <= high or outside
+    return numbers
+
+
+def read_as_ros(text):
+    """Read as ``sensor_msgs/Imu``: nine float64 each, positive semidefinite or led by -1."""
+    data = yaml.safe_load(text)
+    names = ("orientation", "angular_velocity", "linear_acceleration")
+    for name in names:
+        matrix = np.array(data[f"{name}_covariance"], dtype=np.float64).reshape(3, 3)
+        assert matrix[0, 0] == -1.0 or np.linalg.eigvalsh(matrix).min() > 0.0
+    return data
+
+
+READERS = {
+    to_kalibr: read_as_kalibr,
+    to_orbslam3: read_as_orbslam3,
+    to_vins: read_as_vins,
+    to_px4: read_as_qgroundcontrol,
+    to_ros: read_as_ros,
+}
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    minutes=st.floats(1.0, 20.0),
+    white=st.floats(1e-5, 1e-2),
+    walk=st.floats(0.0, 1e-4),
+)
+def test_what_a_record_tells_is_complete_for_every_reader(seed, minutes, white, walk):
+    """Short and long records, with a random walk or without."""
+    models = []
+    for k, quantity in enumerate(("rad/s", "m/s^2")):
+        noise = NoiseModel(white, rate_random_walk=walk)
+        z, _ = zr.simulate(noise, 10.0, 60.0 * minutes, seed=seed + k)
+        models.append(zr.allan(z, rate=10.0, unit=quantity).fit())
+    for export, read in READERS.items():
+        read(export(models[0], accelerometer=models[1], rate=RATE, doubtful=True))
+
+
 @ALL
 def test_nothing_is_exported_of_a_record_that_determines_nothing(export):
     nothing = NoiseModel(BOUNDED, rate_random_walk=BOUNDED)
     with pytest.raises(ValueError, match="determines none of the numbers: record the sensor at"):
         export(nothing, rate=RATE)
-    assert "upper bound" in export(nothing, rate=RATE, force=True)
+    assert "upper bound" in export(nothing, rate=RATE, doubtful=True)
 
 
 @ALL
@@ -159,10 +238,10 @@ def test_a_doubt_is_refused_or_stands_in_the_file(export, tmp_path, doubted):
         for name, model in (("gyro", GYRO), ("accelerometer", ACCELEROMETER))
     )
     given = {"accelerometer": accelerometer, "rate": RATE}
-    with pytest.raises(ValueError, match=f"^{doubt}: record the sensor at rest, .*; force=True"):
+    with pytest.raises(ValueError, match=f"^{doubt}: record the sensor at rest, .*; doubtful=True"):
         export(gyro, tmp_path / "file", **given)
     assert not (tmp_path / "file").exists()
-    assert f"# WARNING: {doubt}\n" in export(gyro, **given, force=True)
+    assert f"# WARNING: {doubt}\n" in export(gyro, **given, doubtful=True)
 
 
 def test_a_record_in_motion_or_too_short_has_a_doubt():

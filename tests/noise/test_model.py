@@ -321,10 +321,19 @@ def test_the_worst_axis_is_the_worst_in_each_term():
     y = NoiseModel(Coefficient(2.0, 0.1), 2.0, 3.0, 5.0, 0.0, sinusoid=[Sinusoid(1.0, 1.0)])
     z = NoiseModel(0.0, 0.0, 1.0, 0.0, 0.0, markov=[Markov(2.0, 1.0), Markov(1.0, 1.0)])
     worst = worst_axis(iter([x, y, z]))
-    assert worst == NoiseModel(2.0, 3.0, bounded, -7.0, None, x.markov, y.sinusoid)
-    assert not worst.quantization.known
+    assert worst == NoiseModel(2.0, 3.0, 3.0, -7.0, 0.0, x.markov, y.sinusoid)
+    assert not worst_axis([x, x]).quantization.known
     assert worst.angle_random_walk.sigma == 0.1
-    assert worst.rate_random_walk.upper_bound == 4.0
+
+
+def test_an_axis_that_determines_a_coefficient_goes_before_a_larger_bound():
+    bounded = Coefficient(0.0, identifiable=False, upper_bound=4.0)
+    larger = Coefficient(0.0, identifiable=False, upper_bound=9.0)
+    x, y, z, unknown = (
+        NoiseModel(1.0, rate_random_walk=walk) for walk in (bounded, Coefficient(1.0), larger, None)
+    )
+    assert worst_axis([x, y, z, unknown]).rate_random_walk == 1.0
+    assert worst_axis([x, z, unknown]).rate_random_walk.upper_bound == 9.0
 
 
 def test_axes_of_one_quantity_are_needed():

@@ -113,11 +113,21 @@ def test_a_release_has_a_wheel_for_each_platform_and_is_published_by_a_tag_alone
         *("x86_64-apple-darwin", "aarch64-apple-darwin", "x86_64-pc-windows-msvc"),
     }
     publish = jobs["publish"]
-    assert publish["if"] == "github.ref_type == 'tag'"
+    # Started by hand, on a tag too, it publishes nothing.
+    assert publish["if"] == "github.event_name == 'push' && github.ref_type == 'tag'"
     assert set(publish["needs"]) == {"wheels", "sources"}
     assert publish["permissions"]["id-token"] == "write"
     assert "password" not in text
     assert "secrets." not in text
+
+
+def test_a_wheel_under_test_never_comes_from_an_index():
+    """A package of the same name with a higher version would run before the wheel is attested."""
+    text = (ROOT / ".github/workflows/release.yml").read_text(encoding="utf-8")
+    installs = re.findall(r"pip install ([^&]*?\bzerorate)(?= &&|\s)", text)
+    assert len(installs) == 2
+    for arguments in installs:
+        assert {"--no-index", "--no-deps", "--find-links"} <= set(arguments.split())
 
 
 def test_every_dependency_has_an_oldest_version():

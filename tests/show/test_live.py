@@ -191,6 +191,7 @@ def test_a_browser_draws_it(tmp_path, width):
             browser.wait(f"{STATE} == '9.9 s, at rest' || {STATE} == '10.0 s, at rest'")
             text = browser.value("document.body.innerText")
             assert "missing" in text
+            assert all(text.count(name) == 3 for name in ("gx", "gy", "gz"))
             assert "roll 1.0°, pitch -2.0°, yaw 90.0°" in text
             assert browser.value("document.documentElement.scrollWidth") <= width
             before = browser.value(PIXELS.format("cube"))

@@ -1,6 +1,7 @@
 """The figure of a replay: panels, limits, sizes, and no label over another."""
 
 import dataclasses
+import re
 from functools import cache
 
 import numpy as np
@@ -119,7 +120,23 @@ def test_a_power_of_ten_stands_in_the_unit():
     heads = [axes.get_title(loc="left") for axes in drawn("tiny", everything=False).axes]
     assert heads[0].startswith("raw rate [10⁻¹⁵")
     heads = [axes.get_title(loc="left") for axes in drawn("far from zero", everything=False).axes]
-    assert "less 1" in heads[1]
+    assert all(", from its median 1" in head for head in heads[1:])
+
+
+@pytest.mark.parametrize("biases", [(1.0, -300.0, 2e-3), (1e-4, 2e-4, -3e-4), (5.0, 5.0, 5.0)])
+def test_panels_of_one_quantity_have_one_scale_and_one_power(biases):
+    random = np.random.default_rng(1)
+    z = np.array(biases) + random.normal(0.0, [1e-3, 1e-4, 1e-5], (6000, 3))
+    panels = figure_of(z, everything=False).axes[1:]
+    spans = [high - low for low, high in (panel.get_ylim() for panel in panels)]
+    assert spans == pytest.approx([spans[0]] * 3)
+    heads = [panel.get_title(loc="left") for panel in panels]
+    assert len({head[head.index("[") :] for head in heads}) == 1
+    medians = [re.search(r"median (\S+) \[", head) for head in heads]
+    assert len({found is None for found in medians}) == 1
+    if medians[0] is not None:
+        found = [float(one[1].replace("\u2212", "-")) for one in medians]
+        assert found == pytest.approx(biases, abs=0.3 * spans[0])
 
 
 def test_axes_beyond_five_are_named():

@@ -47,10 +47,38 @@ def test_every_anchor_lands_and_every_figure_has_a_text(page):
     assert all(len(one["aria-label"]) > 20 for one in links.drawings)
 
 
+def test_both_axes_have_ticks_and_limits_are_folded_at_the_end(page):
+    figures = re.findall(r"<figure id.*?</figure>", page, re.DOTALL)
+    for figure in figures:
+        for axis in ("rows", "columns"):
+            (text,) = re.findall(f'<div class="{axis}">(.*?)</div>', figure, re.DOTALL)
+            ticks = [float(tick) for tick in re.findall(r">([-\d.e]+)</span>", text)]
+            assert 3 <= len(ticks) <= 8
+            assert np.diff(ticks) == pytest.approx(ticks[1] - ticks[0])
+    limits = page[page.index('<section id="limits">') :]
+    assert limits.index("<details>") < limits.index("<table>")
+    assert "own: 6 deg in a minute" in limits
+
+
+def test_a_finding_of_the_whole_log_does_not_paint_the_picture():
+    n = 6000
+    table = {"time_s": np.arange(n) / 100.0}
+    random = np.random.default_rng(1)
+    for i, axis in enumerate("xyz"):
+        table[f"gyro_{axis}_dps"] = 6.0 * (i == 0) + 0.05 * random.standard_normal(n)
+        table[f"accel_{axis}_mps2"] = 9.81 * (i == 2) + 0.02 * random.standard_normal(n)
+    found = zr.report(zr.read_recording(table))
+    (one,) = [one for one in found.findings if one.kind == "gyro bias"]
+    assert one.spans[0][1] - one.spans[0][0] > 55.0
+    assert 'rect class="act"' not in found.to_html()
+    assert 'rect class="look"' not in found.to_html()
+
+
 def test_it_stands_alone_and_takes_names_as_text(page):
     assert not re.search(r"(src|href)=\"(?!#|data:)|url\(|@import|https?://", page)
     assert "<script>alert" not in page
     assert "act</b> gyro was at its limit" in page
+    assert "act</b> gyro: share of samples at their limit" in page
     assert len(page) < 3e6
 
 
@@ -152,10 +180,11 @@ def test_findings_of_one_kind_on_many_sensors_are_one_line():
             table[f"imu{k}_accel_{axis}_mps2"] = rest + 0.02 * random.standard_normal(n)
     text = zr.report(zr.read_recording(table)).to_html()
     assert re.search(
-        r"<summary><b class=\"good\">good</b> gyro bias: 8 alike, [\d.]+ to [\d.]+ deg/s", text
+        r"<summary><b class=\"good\">good</b> gyro bias: 8 similar, [\d.]+ to [\d.]+ deg/s", text
     )
-    assert "</b> gravity: 7 alike, " in text
-    assert text.count('<li class="act">') == 2  # first of all, and in its section
+    assert "</b> gravity: 7 similar, " in text
+    # First of all, and in its section.
+    assert len(re.findall(r'<li class="act">[^\n]*imu8 accel[^\n]*9\.807', text)) == 2
 
 
 def test_contrast_of_the_words_is_enough(page):
@@ -173,5 +202,5 @@ def test_text_and_figure_of_a_report_say_what_is_urgent():
     recording = zr.simulate_motion("hand", duration=60.0).recording()
     gyro = recording.gyro.with_data(recording.gyro.data.clip(-1.0, 1.0))
     found = zr.report(zr.Recording({**recording, "gyro": gyro}))
-    assert "act: gyro was at its limit" in found.table()
+    assert "act: gyro: share of samples at their limit" in found.table()
     assert found.plot().axes[0].get_yticklabels()[-1].get_text() == "act: at its limit"

@@ -1,6 +1,7 @@
 """Every result has a table, a figure and a text, by what `zerorate.show` registers."""
 
 import base64
+import dataclasses
 import html
 import importlib
 import inspect
@@ -11,13 +12,17 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import polars
+import pyarrow
 import pytest
 
 import zerorate as zr
 from support.calibrated import calibration, session
+from support.checks import assert_same_bits
 from support.drives import drive, start_of
 from support.figures import check_colours, check_contrast, check_layout
 from zerorate import views
+from zerorate.noise.coefficient import Coefficient
 from zerorate.show.registry import VIEWS
 from zerorate.tasks.compare import compare_methods
 from zerorate.tasks.replay.run import run_filters
@@ -157,6 +162,52 @@ def test_a_result_shows_itself(name):
     check_layout(figure)
     check_contrast(figure)
     check_colours(figure)
+    check_columns(result)
+
+
+def check_columns(result):
+    """Check the columns of a result in the libraries that take them."""
+    table = pyarrow.table(result)
+    assert min(table.shape) > 0
+    frame = result.to_pandas()
+    assert list(frame.columns) == table.column_names == polars.DataFrame(result).columns
+    assert len(frame) == table.num_rows
+    numbers = [name for name in frame if frame[name].dtype.kind == "f"]
+    for name in numbers:
+        np.testing.assert_array_equal(table[name].to_pandas().to_numpy(), frame[name])
+
+
+def test_a_log_leaves_as_a_table_and_comes_back():
+    """Values, rate, unit and names of a log survive Arrow; so do its further columns."""
+    flags = np.arange(len(Z)) % 7 == 0
+    expected = dataclasses.replace(log(), extra={"at_rest": flags})
+    table = pyarrow.table(expected)
+    assert table.column_names == [
+        "time_s",
+        "gyro_x_radps",
+        "gyro_y_radps",
+        "gyro_z_radps",
+        "at_rest",
+    ]
+    again = zr.read_log(table)
+    assert (again.rate, again.unit, again.names) == (RATE, "rad/s", expected.names)
+    assert_same_bits(again.data, expected.data)
+    np.testing.assert_array_equal(expected.to_pandas()["at_rest"], flags)
+
+
+def test_a_replay_gives_its_samples_and_its_summary_a_row_an_axis():
+    replay = RESULTS["Replay"]()
+    assert_same_bits(replay.to_arrow()["gyro_x_radps"].to_numpy(), replay.to_log().data[:, 0])
+    rows = replay.summary().to_pandas()
+    assert list(rows["axis"]) == ["gyro_x", "gyro_y", "gyro_z"]
+    assert (rows["n"] == len(Z)).all()
+
+
+def test_a_coefficient_that_is_not_identifiable_has_no_value_but_a_bound():
+    unknown = Coefficient(0.0, identifiable=False, upper_bound=2e-6)
+    rows = zr.NoiseModel(1e-4, rate_random_walk=unknown).to_arrow().to_pylist()
+    row = next(row for row in rows if row["coefficient"] == "rate_random_walk")
+    assert (row["value"], row["value_identifiable"], row["value_upper"]) == (None, False, 2e-6)
 
 
 def test_a_notebook_shows_the_table_and_a_small_figure():

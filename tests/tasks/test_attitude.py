@@ -64,7 +64,7 @@ def test_reference_by_columns_poses_and_file(tmp_path):
     ("options", "match"),
     [
         ({"at": (95.0, 11.0)}, "at= takes deg, latitude within 90 first, got '95,11'"),
-        ({"at": (48.0, 11.0), "declination": 0.1}, "at= tells the declination: give it, or"),
+        ({"at": (48.0, 11.0), "declination": 0.1}, "at= determines the declination: give it, or"),
         ({"at": (48.0, 11.0), "mag": False}, "at= has no effect with mag=False"),
         ({"learn_magnetometer": True, "mag": False}, "learn_magnetometer= has no effect with"),
         ({"magnetometer": "a.json", "mag": False}, "magnetometer= has no effect with mag=False"),

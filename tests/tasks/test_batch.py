@@ -140,7 +140,7 @@ def test_notes_reach_the_record_the_summary_and_the_terminal(tmp_path, batch, ca
     (logs / "d.csv").write_text("gyro_x_dps\n1\n2\n")
     gap = "clock at 100 Hz with 10 missing samples in 1 gap (longest 0.11 s)"
     unit = "the unit of gyro_x is not known; give unit="
-    ms = "time column 'time' read as ms, judged by its step: 100 Hz"
+    ms = "time column 'time' read as ms, by its step: 100 Hz"
     equal = "gyro_x_dps: all samples are equal, so no noise, model or gain was learned"
     for _ in range(2):
         # A log that an earlier run has finished keeps its notes.
@@ -153,7 +153,7 @@ def test_notes_reach_the_record_the_summary_and_the_terminal(tmp_path, batch, ca
     assert f"note: c.csv: {ms}" in out
     # What a user can do about it is an option there.
     assert "the unit of gyro_x is not known; give --unit" in out
-    assert "no timestamps to tell the sampling rate; give --rate in Hz" in out
+    assert "no timestamps for the sampling rate; give --rate in Hz" in out
 
 
 def test_samples_that_were_left_out_are_counted(tmp_path, batch):

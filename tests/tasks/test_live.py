@@ -116,7 +116,7 @@ def test_what_is_no_gyro_passes_through_in_its_place():
         before = f"2024-05-01T12:00:00.{i:03d}Z,0.10,-0,ok"
         answer = some.take(f"{before},{row}")
         assert answer.startswith(f"{before},{lines_of(gyros[None])[0]},")
-    filters = "filters gx, gy, gz, told of motion by ax, ay, az"
+    filters = "filters gx, gy, gz, given motion by ax, ay, az"
     assert some.opening == f"{filters}; passes on timestamp, ax, ay, az"
     assert some.no_answer == ",".join(["nan"] * 10)
     again = LineStream.from_bytes(some.to_bytes(), some.settings)

@@ -10,6 +10,7 @@ import zerorate as zr
 from support.logs import RATE, make_log, noise
 from zerorate import LogError, metrics
 from zerorate._native import allan_deviations
+from zerorate.io import write_log
 from zerorate.options import METHODS
 from zerorate.record.log import Header
 from zerorate.show import (
@@ -21,11 +22,13 @@ from zerorate.show import (
     format_replay,
     format_table,
 )
+from zerorate.simulation.devices import device as find_device
 from zerorate.tasks.replay.filters import Block
 from zerorate.tasks.replay.history import last_finite, moments
 from zerorate.tasks.replay.measures import Measures
 from zerorate.tasks.replay.result import Readings
 from zerorate.tasks.replay.run import run_filters
+from zerorate.tasks.simulate import simulated_gyro
 from zerorate.texts import use_line_width
 from zerorate.units import convert
 
@@ -479,6 +482,21 @@ class TestText:
         assert max(map(len, table.split("\n"))) <= WIDTH
         assert "…" in table
         assert "true error" in table
+
+    def test_the_error_at_the_end_is_the_bias_less_the_truth(self, tmp_path):
+        gyro = find_device("MPU-6050")
+        log, drift = simulated_gyro(gyro, 100.0, 30.0, 3)
+        paths = [tmp_path / name for name in ("gyro.csv", "gyro-truth.csv")]
+        for one, path in zip((log, drift), paths, strict=True):
+            write_log(one, path)
+        found = zr.replay(paths[0], truth=paths[1])
+        expected = found.history.bias[-1] - drift.data[-1000:].mean(axis=0)
+        # The file has decimals that read back to the same number.
+        np.testing.assert_allclose(found.error_at_end, expected, rtol=1e-7)
+        np.testing.assert_array_equal(found.truth, drift.data)
+        assert "error at the end" in found.table()
+        lines = found.plot().axes[1].get_lines()
+        assert "truth" in [line.get_label() for line in lines]
 
     def test_nobody_reads_the_estimate_for_the_log(self, auto, result):
         """The column is of the estimate; what the log keeps stands below, as a number."""

@@ -155,7 +155,7 @@ def test_live_and_replay_give_the_same_numbers(tmp_path, shown, method):
         answers.append(stream.take(",".join(map(repr, row))))
     numbers = np.array([[float(cell) for cell in line.split(",")] for line in answers[1:]])
     np.testing.assert_array_equal(numbers[:, 1:4], log.data)
-    assert ("told of motion by accel_x_g, accel_y_g, accel_z_g" in stream.opening) == shown
+    assert ("given motion by accel_x_g, accel_y_g, accel_z_g" in stream.opening) == shown
 
 
 def test_a_stream_is_told_of_its_accelerometer(capsys, tmp_path):
@@ -164,7 +164,7 @@ def test_a_stream_is_told_of_its_accelerometer(capsys, tmp_path):
     lines.write_text("0.1,0.2,0.3,0,0,1\n" * 3)
     asked = ["stream", str(lines), "--rate", "100", "--columns", "0,1,2"]
     assert run([*asked, "--accel-columns", "3,4,5"]) == 0
-    assert "told of motion by column 3, column 4, column 5" in capsys.readouterr().err
+    assert "given motion by column 3, column 4, column 5" in capsys.readouterr().err
     faults = {
         ("--accel-columns", "3,4"): "--accel-columns takes three columns, got 2",
         ("--accel-columns", "2,3,4"): "--accel-columns names a column of a gyro or of the",

@@ -35,7 +35,7 @@ _TICK_S: Final = 0.25
 _READMISSION_S: Final = 10.0
 """Seconds of agreement after which a sensor is back."""
 _MIN_VOTERS: Final = 3
-"""Sensors of which one can be told to be wrong."""
+"""Fewest sensors of which one can be found wrong."""
 _MAX_TYPICAL_RATIO: Final = 5.0
 """Times what half of the sensors differ by in the same tick: biases, motion without levers."""
 _MAX_SIGMAS: Final = 9.0
@@ -43,12 +43,12 @@ _SAMPLE_TOLERANCE, _TICK_TOLERANCE = 0.5, 0.1
 """Parts of the acceleration, gravity at least, by which a sample and the mean of a tick are off."""
 
 _DERIVATIVE_SIGMAS: Final = 3.0
-"""Deviations of the rate's derivative, times the lever arm."""
+"""Standard deviations of the rate's derivative, times the lever arm."""
 _UNKNOWN_LEVER_M: Final = 0.05
 """Metres between sensors whose positions are not given."""
 
 _QUIET_DIVISOR: Final = 4
-"""One in so many ticks, the quietest, tells the noise."""
+"""One in so many ticks, the quietest, gives the noise."""
 _MIN_SIGMA_M_S2: Final = 1e-6 * _G
 """Least deviation of a sensor, m/s^2."""
 _MIN_DERIVATIVE_SIGMA: Final = 1e-6
@@ -61,25 +61,25 @@ _RIDGE: Final = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class FusedAccelerometers(Result):
-    """One accelerometer in the place of N, and how each of them did; n samples.
+    """One accelerometer fused from N, with the weights and residuals of each; n samples.
 
     Attributes
     ----------
     accel : ndarray, shape (n, 3)
         Specific force in the axes of the body, in `unit`: at the origin of the positions, or at the
-        mean place of the sensors where none are given. NaN where no sensor is left.
+        mean position of the sensors without them. NaN where no sensor is left.
     weights : ndarray, shape (n, N)
         Share of each sensor; 0 where it was not used.
     excluded : ndarray of bool, shape (n, N)
-        Where a sensor was left out, for it was far from the others.
+        Mask of samples at which a sensor was left out as an outlier.
     residual : ndarray, shape (N,)
-        RMS over samples and axes of what is left of each sensor's difference from all, in `unit`;
-        NaN for one that was never used.
+        RMS residual of each sensor over samples and axes, in `unit`; NaN for one that was never
+        used.
     angular_acceleration : ndarray, shape (n, 3), or None
-        Of the body, in the unit of the rate per second, from accelerometers and rate; NaN where the
-        rate is. None without positions.
+        Angular acceleration of the body, in the unit of the rate per second, from accelerometers
+        and rate; NaN where the rate is. None without positions.
     unit : str
-        Of the accelerations.
+        Unit of the accelerations.
 
     Examples
     --------
@@ -98,7 +98,7 @@ class FusedAccelerometers(Result):
     unit: str
 
     def __repr__(self) -> str:
-        """Return the number of sensors and samples, and what is left between the sensors."""
+        """Return the number of sensors and samples, and the residual between the sensors."""
         n, sensors = self.weights.shape
         known = self.residual[np.isfinite(self.residual)]
         left = float(np.sqrt(np.mean(known**2))) if known.size else np.nan
@@ -121,20 +121,20 @@ def fuse_accelerometers(
     gyro_unit: str = "rad/s",
     accel_unit: str = "m/s^2",
 ) -> FusedAccelerometers:
-    """Return one accelerometer of N on one body, at one point of it.
+    """Fuse N accelerometers on one body into one, at one point of it.
 
     A sensor at the lever arm l feels f + alpha x l + omega x (omega x l). Omega is the rate of the
     array; alpha, the angular acceleration, follows by least squares from differences between the
-    accelerometers, and from the change of the rate as far as that is smooth: at rest the rate tells
-    it better, in fast motion the accelerometers do. A mean over sensors that lie evenly around the
-    origin needs no lever arms; they matter where a sensor is missing or weighs less, where the
-    point lies elsewhere, and to tell a faulty sensor from motion.
+    accelerometers, and from the change of the rate if that is smooth: at rest the rate determines
+    it better, in fast motion the accelerometers. A mean over sensors that are evenly spread around
+    the origin needs no lever arms. They matter if a sensor is missing or has less weight, if the
+    point is elsewhere, and to distinguish a faulty sensor from motion.
 
-    From three sensors on, one is left out while it is far from the middle of the others: a sample
-    at once, a sensor when the mean of a quarter second is, until it has agreed for 10 s in which so
-    large a fault would have been seen. Far is a tenth of gravity and five times what the others
-    usually differ by, so calibrated sensors show smaller faults. In fast turns, where lever arms
-    are less certain, only larger ones are seen.
+    From three sensors on, an outlier from the median of the others is left out: a sample at once,
+    and a sensor when the mean of a quarter second is an outlier, until it has agreed for 10 s in
+    which so large a fault would have been visible. The threshold is a tenth of gravity and five
+    times the usual difference of the others, so that calibrated sensors reveal smaller faults. In
+    fast rotations, where lever arms are less certain, only larger faults are found.
 
     Nothing is calibrated here: the result has the weighted mean of the sensors' offsets and scale
     errors, and a sensor that drops out leaves a step. `zerorate.calibrate` removes both.
@@ -145,23 +145,23 @@ def fuse_accelerometers(
         Specific forces in the sensors' own axes, in `accel_unit`. A sample of which an axis is not
         finite is missing.
     rate_fused : array_like, shape (n, 3)
-        Rate of the body at the same times, its bias taken off, in `gyro_unit`: that of
-        `zerorate.GyroArray`. Without positions it only tells where sensors may differ; with them,
-        where it is not finite, the force at the origin follows from how it changes from sensor to
-        sensor.
+        Rate of the body at the same times, without its bias, in `gyro_unit`: that of
+        `zerorate.GyroArray`. Without positions it only bounds the differences of the sensors; with
+        them, where the rate is not finite, the force at the origin follows from its change from
+        sensor to sensor.
     rate : float
         Samples per second, Hz; by default that of a `Log` of `rate_fused`.
     rotations : array_like, shape (N, 3, 3), optional
         From each sensor's axes to those of the body; by default all are aligned.
     positions : array_like, shape (N, 3), optional
-        Of the sensors in the axes of the body, m, from the point for which the result is wanted.
+        Positions of the sensors in the axes of the body, m, from the point of the result.
     weights : {"auto", "mean", "white"} or array_like, shape (N,)
-        By noise and scale error; alike; by noise alone; or as given. An accelerometer always feels
+        By noise and scale error; equal; by noise alone; or as given. An accelerometer always feels
         gravity, so "auto" is close to the mean unless a sensor is far noisier than others.
     limit : float, optional
         Size at which a sample is at the end of the sensors' range, and missing, in `accel_unit`.
     scale_error : float, default 0.01
-        Deviation of the sensors' scale factors, 0 to 1; less after a calibration.
+        Standard deviation of the sensors' scale factors, 0 to 1; less after a calibration.
     gyro_unit, accel_unit : str
         Units of the samples, as in `zerorate.units`.
 
@@ -239,7 +239,7 @@ def _median_force(force: Floats) -> Floats:
 
 
 class _Units(NamedTuple):
-    """What samples are multiplied by, to rad/s and m/s^2, and the name of the second unit."""
+    """Factors from samples to rad/s and m/s^2, and the name of the accelerometer's unit."""
 
     rate: float
     accel: float
@@ -261,7 +261,7 @@ class _Units(NamedTuple):
 
 
 class _Motion(NamedTuple):
-    """How the body turns, in SI.
+    """Rotation of the body, in SI units.
 
     Sensors' positions (N, 3); the rate (n, 3), zero where it is not known, and where it is known
     (n,); its derivative (n, 3) and the inverse of the variance of that (n,).
@@ -293,18 +293,18 @@ class _Motion(NamedTuple):
 
     @property
     def centripetal(self) -> Floats:
-        """What turning alone does to the sensors, (n, N, 3)."""
+        """Centripetal acceleration at each sensor, (n, N, 3)."""
         turn = self.omega[:, np.newaxis]
         return np.cross(turn, np.cross(turn, self.levers))
 
     @property
     def lever_acceleration(self) -> Floats:
-        """What sensors feel for their lever arms, (n, N, 3), by the rate alone."""
+        """Acceleration that angular rate and its derivative cause at each lever arm, (n, N, 3)."""
         return self.centripetal + np.cross(self.change[:, np.newaxis], self.levers)
 
     @property
     def lever_error(self) -> Floats:
-        """By how much that may be wrong against the mean place, (n, N); infinite without a rate."""
+        """Bound of its error relative to the mean position, (n, N); infinite without a rate."""
         sure = np.sqrt(self.certainty)[:, np.newaxis]
         arms = np.linalg.norm(self.levers - self.levers.mean(axis=0), axis=1)
         unknown = np.full((len(sure), len(arms)), np.inf)
@@ -313,7 +313,7 @@ class _Motion(NamedTuple):
 
 
 def _unknown_lever_error(omega: Floats, rate: float) -> Floats:
-    """Return what lever arms that are not known may do, (n, 1)."""
+    """Return the largest acceleration that unknown lever arms can cause, (n, 1)."""
     change, variance = _derivative(omega, rate)
     size = np.square(np.linalg.norm(omega, axis=1)) + np.linalg.norm(change, axis=1)
     size += _DERIVATIVE_SIGMAS * np.sqrt(variance)
@@ -324,7 +324,7 @@ def _unknown_lever_error(omega: Floats, rate: float) -> Floats:
 def _derivative(omega: Floats, rate: float) -> tuple[Floats, Floats]:
     """Return the derivative (n, 3), zero where it is not known, and its variance (n,), 0 there.
 
-    What the slopes to the last and to the next sample differ by, tells how wrong their mean is:
+    The difference of the slopes to the last and to the next sample shows the error of their mean:
     motion that is too fast for the samples, or noise.
     """
     slopes = np.diff(omega, axis=0) * rate
@@ -402,7 +402,7 @@ def _parse_weights(weights: str | npt.ArrayLike, sensors: int) -> Floats | str:
 
 
 def _find_present(samples: Floats, limit: float | None, factor: float) -> Booleans:
-    """Return which samples (n, N) are there on all axes, and not at the end of the range."""
+    """Return the mask (n, N) of samples complete on all axes and below the end of the range."""
     largest = _MAX_ACCEL_M_S2 / factor
     if limit is not None:
         if not limit > 0.0:
@@ -413,7 +413,7 @@ def _find_present(samples: Floats, limit: float | None, factor: float) -> Boolea
 
 
 def _tick_starts(n: int, rate: float) -> Integers:
-    """Return where ticks begin."""
+    """Return the first sample of each tick."""
     return np.arange(0, n, max(round(_TICK_S * rate), 1))
 
 
@@ -465,7 +465,7 @@ def _split_blocks(n: int, rate: float) -> list[slice]:
 
 
 class _Vote(NamedTuple):
-    """Samples that are far (n, N); of each tick who is, how far, and how far nobody wonders."""
+    """Outliers among samples (n, N); per tick the outlying sensors, their distance, its bound."""
 
     outliers: Booleans
     outlier_ticks: Booleans
@@ -492,7 +492,7 @@ def _vote_on_block(
 
 
 def _vote_on_sensors(forces: Floats, lever_error: Floats, noise: Floats, rate: float) -> _Vote:
-    """Return which sensors (n, N) are far from the middle of all.
+    """Return the sensors (n, N) that are outliers from the median of all.
 
     They should be `forces` but for `lever_error` (n, N), which is infinite where it is unknown.
     """
@@ -516,7 +516,7 @@ def _vote_on_sensors(forces: Floats, lever_error: Floats, noise: Floats, rate: f
 
 
 def _find_excluded(votes: list[_Vote], rate: float) -> Booleans:
-    """Return which sensors (n, N) are left out."""
+    """Return the mask (n, N) of sensors to leave out."""
     outliers, outlier_ticks, sizes, bounds = (
         np.concatenate(parts) for parts in zip(*votes, strict=True)
     )
@@ -530,7 +530,7 @@ def _find_excluded(votes: list[_Vote], rate: float) -> Booleans:
 
 
 def _compare_sizes(differences: Floats, noise: Floats, tolerance: Floats) -> tuple[Floats, Floats]:
-    """Return how far sensors are from the middle (m, N), and what the others explain of it.
+    """Return the distance of each sensor from the median (m, N), and its bound from the others.
 
     Both are NaN where a sensor is missing, and the bound is infinite where too few are there.
     """
@@ -576,7 +576,7 @@ def _weight_variances(weighting: Floats | str, noise: Floats, scale: Floats) -> 
 
 
 class _Solution:
-    """What is found, part by part: force and turns (n, 3), weights (n, N), residual (N,)."""
+    """The solution, part by part: force and rotation (n, 3), weights (n, N), residual (N,)."""
 
     def __init__(self, n: int, sensors: int) -> None:
         self.force, self.angular_acceleration = np.empty((n, 3)), np.empty((n, 3))
@@ -599,7 +599,7 @@ class _Solution:
 
     @property
     def residual(self) -> Floats:
-        """The RMS of what is left over the used samples and the axes, of each sensor."""
+        """RMS residual of each sensor over the used samples and the axes."""
         unknown = np.full(self._counts.shape, np.nan)
         means: Floats = np.divide(self._squares, self._counts, out=unknown, where=self._counts > 0)
         return np.sqrt(means)
@@ -617,8 +617,8 @@ class _BlockSolution(NamedTuple):
 def _solve_block(force: Floats, information: Floats, motion: _Motion | None) -> _BlockSolution:
     """Return the force at the origin, by least squares.
 
-    About their weighted mean place the sensors tell the angular acceleration alone, as a rigid body
-    with their information for masses would: of inertia J, J alpha = sum of r x force.
+    About their weighted mean position the sensors show the angular acceleration alone, as a rigid
+    body with their information for masses would: of inertia J, J alpha = sum of r x force.
     """
     if motion is not None:
         force = force - motion.centripetal
@@ -644,11 +644,11 @@ def _solve_block(force: Floats, information: Floats, motion: _Motion | None) -> 
 
 
 def _force_gradient(arms: Floats, differences: Floats, u: Floats, motion: _Motion) -> Floats:
-    """Return by how much the force changes with the place, (n, 3, 3): times an arm it is a force.
+    """Return the gradient of the force by position, (n, 3, 3): times an arm it is a force.
 
-    Differences from the mean at arms (n, N, 3) tell it. Where the rate is known it is a cross
-    product with the angular acceleration, which the rate tells as well; else it is anything, of a
-    size as in turning as fast as a rate is at the end of its range.
+    Differences from the mean at arms (n, N, 3) determine it. If the rate is known it is a cross
+    product with the angular acceleration, which the rate also gives; else it is anything, of a size
+    as in turning as fast as a rate is at the end of its range.
     """
     squares = np.einsum("nk,nki,nkj->nij", u, arms, arms)
     spread = np.trace(squares, axis1=1, axis2=2)

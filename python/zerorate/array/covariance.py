@@ -30,29 +30,29 @@ _CHUNK_TERMS: Final = 1 << 13
 
 @dataclass(frozen=True, eq=False)
 class AllanCovariance(Result):
-    """Overlapping Allan covariances of N gyros that were recorded side by side.
+    """Overlapping Allan covariances of N gyros, recorded side by side.
 
     Attributes
     ----------
     tau : ndarray, shape (t,)
         Averaging times, s.
     matrix : ndarray, shape (t, N, N)
-        Covariances, in `unit` squared; NaN where gaps leave no term. On the diagonal stand the
-        squared Allan deviations.
+        Covariances, in `unit` squared; NaN where gaps leave no term. The diagonal has the squared
+        Allan deviations.
     edf : ndarray, shape (t,)
         Equivalent degrees of freedom: the median of those of the gyros.
     term_count : ndarray of int, shape (t,)
         Terms that each covariance is the mean of.
     seconds : float
-        Length of the record without the samples at which a gyro misses, s.
+        Length of the record without the samples that any gyro lacks, s.
     rate : float
         Samples per second, Hz.
     unit : str
         Unit of the record; ``"unit"`` where it is not known.
     names : tuple of str
-        One name a gyro.
+        Names of the gyros.
     notes : tuple of str
-        What was done to the input and what to beware of, a sentence each.
+        Changes to the input, and warnings, a sentence each.
 
     Examples
     --------
@@ -92,7 +92,7 @@ class AllanCovariance(Result):
         return np.clip(correlation, -1.0, 1.0)
 
     def virtual_gyro(self, horizon: float = 60.0, weights: WeightsName = "drift") -> VirtualGyro:
-        """Return weights that make one gyro of all, and what they gain over the plain mean.
+        """Return weights that fuse all gyros into one, with their gain over the plain mean.
 
         Parameters
         ----------
@@ -152,27 +152,28 @@ def allan_covariance(
 ) -> AllanCovariance:
     """Return the overlapping Allan covariances of gyros that were recorded side by side, at rest.
 
-    They say at which averaging times the gyros' noises go together: hardly at short ones, where
-    noise is white, and perhaps at long ones, where temperature or a supply moves all of them.
+    They show the averaging times at which the gyros' noises are correlated: hardly at short ones,
+    where noise is white, and perhaps at long ones, where temperature or a supply affects all of
+    them.
 
     Parameters
     ----------
     z : array_like, shape (n, N), or Log
-        Rates about one axis of N gyros, turned into common axes, in `unit`; those that are not
+        Rates about one axis of N gyros, rotated into common axes, in `unit`; those that are not
         finite are missing. A `Log` brings its own rate, unit and names.
     rate : float
         Samples per second, Hz.
     taus : {"octave", "decade", "all"} or sequence of float
         Averaging times: doubling, ten to a decade, every one, or seconds. Seconds are rounded to
-        whole samples, which `notes` then says.
+        whole samples; `notes` then has a sentence on it.
     unit : str, optional
         Unit of `z`: "deg/s", "rad/s", ...
     names : sequence of str, optional
-        One name a gyro.
+        Names of the gyros.
     bridge : int, default 0
-        Gaps of at most so many samples of a gyro are filled in a straight line. Every other gap
-        costs the terms that would reach across it, for all gyros: so the matrices stay
-        covariances, positive semidefinite, and correlations within ±1.
+        Gaps of at most so many samples of a gyro are filled with a straight line. All terms that
+        reach across another gap are lost for all gyros, so that the matrices stay positive
+        semidefinite, with correlations within ±1.
 
     Returns
     -------
@@ -404,7 +405,7 @@ def _mean_products(products: Floats, terms: Integers) -> Floats:
 
 
 def _make_parts(sums: _Sums, matrix: Floats, tau: Floats, edf: Floats) -> Parts:
-    """Return what a virtual gyro follows from: averaging times that have a term."""
+    """Return the averaging times with terms, from which a virtual gyro is computed."""
     nonempty = sums.terms[sums.octaves] > 0
     which = sums.octaves[nonempty]
     return Parts(

@@ -42,16 +42,16 @@ class ArrayLog:
     labels : tuple of str
         One a sensor, all different.
     unit : str
-        Of all sensors.
+        Unit of all sensors.
     axes : tuple of str
-        ``("x", "y", "z")``; of one axis its letter, or nothing where it is not known.
+        ``("x", "y", "z")``; for one axis its letter, or empty where it is not known.
     meta : mapping
         As of `zerorate.Log`.
     accel : ndarray, shape (n, N, 3), or None
         Accelerometers of the same devices in ``accel_unit``, in the sensors' own axes; NaN marks a
         missing sample, or a device without one.
     accel_unit : str
-        Of all accelerometers.
+        Unit of all accelerometers.
 
     Examples
     --------
@@ -119,19 +119,19 @@ def array_log(source: Recording | Log, *, axes: Literal[1, 3] | None = None) -> 
     Parameters
     ----------
     source : Recording or Log
-        All gyros of a recording count, ``gyro``, ``gyro_1``, and so on. Of a log, or of a recording
-        with a single gyro, the channels are taken apart: that is how columns of a user's own
+        All gyros of a recording are used, ``gyro``, ``gyro_1``, and so on. The channels of a log,
+        or of a recording with a single gyro, are split into sensors: so columns of a user's own
         choice, ``columns=``, become an array.
     axes : {1, 3}, optional
-        Axes of each sensor in a log that is taken apart. By default three columns in a row are a
-        sensor if their names say x, y, z, and else each is a gyro of one axis.
+        Axes of each sensor in a log that is split. By default three columns in a row are a sensor
+        if their names end in x, y, z; else each is a gyro of one axis.
 
     Returns
     -------
     ArrayLog
-        Labels are what names say of a sensor, ``imu1`` of ``imu1_gyro_x_dps``; else the names of
-        the logs. Accelerometers of three axes go with the gyros that their names belong to; they
-        are left out, with a note, where they are not on the clock of the gyros, or not of one unit.
+        Labels come from the names of channels, ``imu1`` of ``imu1_gyro_x_dps``, or else from the
+        names of the logs. Accelerometers of three axes are assigned to gyros by their names; they
+        are left out, with a note, if their clock differs from the gyros' or their units differ.
 
     Raises
     ------
@@ -169,7 +169,7 @@ def array_log(source: Recording | Log, *, axes: Literal[1, 3] | None = None) -> 
 
 
 class _Sensor(NamedTuple):
-    """A gyro of an array: its name, what the names of its channels say of it, and its log."""
+    """A gyro of an array: its name, the sensor in the names of its channels, and its log."""
 
     name: str
     label: str
@@ -209,7 +209,7 @@ def _select_channels(log: Log, columns: slice) -> _Sensor:
 
 
 def _has_triads(names: Sequence[str]) -> bool:
-    """Whether names tell of sensors with three axes, in the order x, y, z."""
+    """Return True if names are those of sensors with three axes, in the order x, y, z."""
     letters = [_axis_letter(name) for name in names]
     return len(names) % 3 == 0 and letters == list(_AXES) * (len(names) // 3)
 
@@ -229,7 +229,7 @@ def _common_axes(sensors: Sequence[_Sensor]) -> tuple[str, ...]:
 
 
 def _sensor_label(name: str) -> str:
-    """Return what the name of a channel says of its sensor: ``imu1`` of ``imu1_gyro_x_dps``."""
+    """Return the sensor in the name of a channel: ``imu1`` of ``imu1_gyro_x_dps``."""
     meaning = meaning_of(name)
     stem = to_snake_case(split_unit(name)[0]) if meaning is None else meaning.sensor
     words = [word for word in stem.split("_") if word and not _is_kind_word(word)]
@@ -237,12 +237,12 @@ def _sensor_label(name: str) -> str:
 
 
 def _is_kind_word(word: str) -> bool:
-    """Whether a word says that it is of a gyro, and nothing else."""
+    """Return True if a word says only that the channel is a gyro's."""
     return word in ("w", "g", "rate") or (looks_like_gyro(word) and not word[-1].isdigit())
 
 
 def _choose_labels(sensor_labels: Sequence[str], names: Sequence[str]) -> tuple[str, ...]:
-    """Return labels that differ: what names say, else the names, else numbers."""
+    """Return labels that differ: from channels, else the names, else numbers."""
     for labels in (sensor_labels, names):
         if len(set(labels)) == len(labels) and all(labels):
             return tuple(labels)
@@ -268,7 +268,7 @@ def _check_compatible(first: _Sensor, other: _Sensor) -> None:
 
 
 def _compare_logs(first: Log, second: Log) -> Iterator[tuple[str, object, object]]:
-    """Yield what two logs of an array must have in common, and what each has."""
+    """Yield each property that two logs of an array must share, with the value of either."""
     yield "unit", first.unit, second.unit
     yield "axes", first.channels, second.channels
     # Rates that differ by less than half a sample over the record are of one clock.
@@ -312,7 +312,7 @@ def _is_of_kind(source: Recording, log: Log, kind: str) -> bool:
 
 
 def _device_names(logs: Sequence[tuple[str, Log]]) -> list[str]:
-    """Return what names of channels say of a log's device, else what the names of logs say."""
+    """Return the devices of the logs, by the names of channels or else of the logs."""
     by_channel = [_device_name(to_snake_case(split_unit(log.names[0])[0])[:-1]) for _, log in logs]
     if len(set(by_channel)) == len(logs):
         return by_channel
@@ -324,7 +324,7 @@ def _device_name(name: str) -> str:
 
 
 def _explain_mismatch(gyro: Log, log: Log) -> str | None:
-    """Return why an accelerometer cannot stand beside the gyros, None if it can."""
+    """Return the reason why an accelerometer does not match the gyros, None if it does."""
     channels = ", ".join(log.names)
     if log.channels != 3:
         return f"{channels} has not three axes"

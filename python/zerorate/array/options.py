@@ -8,15 +8,15 @@ _ROWS: Final = (
     Option.choice(
         "method",
         ("auto", "centralised"),
-        "How sensors become one: biases learned at rest, weights and a vote, or, to "
-        "compare, the published filter of two stages, which takes the rate for a random walk",
+        "Fusion: learned biases, weights and a vote (auto), or the published filter of two "
+        "stages (centralised), which models the rate as a random walk",
     ),
     Option(
         name="scale_error",
         kind="number",
         default=0.01,
         expected="from 0 to 1",
-        meaning="Deviation of the sensors' scale factors, by which they count in motion",
+        meaning="Standard deviation of scale factors, for motion",
     ),
     *(FILTER_OPTIONS[name] for name in ("limit", "rest_limit", "bias_limit")),
 )

@@ -44,7 +44,7 @@ _MAX_LENGTH_ERROR: Final = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Rotations(Result):
-    """How the N sensors of an array are turned against the first.
+    """Rotations of the N sensors of an array against the first sensor.
 
     Parameters
     ----------
@@ -55,12 +55,12 @@ class Rotations(Result):
     labels : tuple of str
         One a sensor.
     residuals : ndarray, shape (N,)
-        RMS of what is left between a turned sensor and the first, over the RMS rate of the first;
-        NaN where it is not known. Errors of scale and of axes that are not at right angles remain.
+        RMS difference between a rotated sensor and the first, over the RMS rate of the first; NaN
+        where it is not known. It includes errors of scale and of non-orthogonal axes.
     seconds : float
-        Motion of which they were found; NaN where it is not known.
+        Duration of the motion used; NaN where it is not known.
     positions : ndarray, shape (N, 3), or None
-        Of the sensors in the axes of the body, m, as they were put down; they are never found.
+        Positions of the sensors in the axes of the body, m, as stated; they are never estimated.
 
     Examples
     --------
@@ -114,7 +114,7 @@ class Rotations(Result):
         path : str or path, optional
             A file to write as well. Default: none.
         force : bool
-            Whether to replace an existing file; default no.
+            Replace an existing file; default no.
 
         Raises
         ------
@@ -143,26 +143,25 @@ def find_rotations(
     limit: float | None = None,
     labels: Sequence[str] | None = None,
 ) -> Rotations:
-    """Return how sensors that move together are turned against the first of them.
+    """Return the rotations of sensors that move together against the first of them.
 
-    Biases are taken off as they are learned at rest. Means over an eighth of a second in motion
-    then give the rotation that brings the rates of each sensor closest to those of the first:
-    Wahba's problem, by singular values. All directions of the motion count alike, however much of
-    it each has, so that scale errors do not turn the result. The standard errors are those of a
-    jackknife over ten parts of the motion, so they hold what parts disagree about, whatever the
-    cause. Axes that are not at right angles have no rotation of their own: what is found lies
-    between them.
+    Biases learned at rest are subtracted. Means over an eighth of a second in motion then give the
+    rotation that brings the rates of each sensor closest to those of the first: Wahba's problem, by
+    singular values. All directions of the motion count equally, however much of it each has, so
+    that scale errors do not rotate the result. The standard errors are those of a jackknife over
+    ten parts of the motion, so they include all disagreement of the parts. Non-orthogonal axes have
+    no exact rotation: the result is a compromise.
 
     Parameters
     ----------
     z : array_like, shape (n, N, 3)
         Rates in the sensors' own axes, in any one unit; samples not finite are missing. The record
-        has to hold rests, as some seconds before the motion, and turns about two directions or
+        needs rests, such as some seconds before the motion, and rotations about two directions or
         more.
     rate : float
         Samples per second, Hz.
     unit : str, optional
-        Of the rates. Where it is known, what is fast is never taken for rest.
+        Unit of the rates. If it is known, fast motion never counts as rest.
     limit : float, optional
         Size at which a sample is at the end of the sensors' range: the eighths of a second with
         such samples are left out. Default: none.
@@ -177,8 +176,8 @@ def find_rotations(
     Raises
     ------
     LogError
-        If a sensor never rests, there are under 3 s of common motion, the motion is about one
-        direction alone, or a sensor does not turn as the first does or has mirrored axes.
+        If a sensor never rests, there are under 3 s of common motion, the motion is about a single
+        direction, or a sensor does not turn with the first or has mirrored axes.
     ValueError
         If `z` has another shape, or an argument is not valid.
 
@@ -243,7 +242,7 @@ class _Pair(NamedTuple):
 
     @property
     def residual(self) -> float:
-        """RMS of what is left, over that of the first."""
+        """RMS residual, over the RMS of the first."""
         residuals = self.first - self.other @ self.rotation.T
         return float(np.sqrt(np.sum(residuals**2) / np.sum(self.first**2)))
 
@@ -282,7 +281,7 @@ class _Pair(NamedTuple):
             )
 
     def _is_mirrored(self) -> bool:
-        """Whether mirrored axes would leave less than half of what is left of the rate."""
+        """Return True if mirrored axes would leave less than half of the remaining rate."""
         u, sizes, v = np.linalg.svd(self.other.T @ self.first)
         mirrored = np.sum(self.first**2) + np.sum(self.other**2) - 2.0 * sizes.sum()
         own = mirrored + 4.0 * sizes[2]
@@ -307,7 +306,7 @@ def _sensor_names(labels: Sequence[str] | None, sensors: int) -> tuple[str, ...]
 def _remove_bias(
     z: Floats, rate: float, unit: str | None, limit: float | None, names: Sequence[str]
 ) -> tuple[Floats, Booleans]:
-    """Return the rates less their biases, and where each sensor rests, shape (n, N)."""
+    """Return the rates minus their biases, and the mask of rest of each sensor, shape (n, N)."""
     n, sensors, _ = z.shape
     limits = add_rest_limits({}, ["auto"], unit)
     filter_ = DriftFilter(rate, channels=3 * sensors, limit=limit, **limits)
@@ -343,7 +342,7 @@ def _tick_means(series: npt.NDArray[np.float64 | np.bool_], length: int) -> Floa
 
 
 def _find_moving(means: Floats, rest: Booleans) -> Booleans:
-    """Return which means, shape (m,), are far larger than at rest, in most sensors."""
+    """Return the mask (m,) of means that most sensors find far larger than at rest."""
     sizes = np.linalg.norm(means, axis=2)
     known = np.isfinite(sizes)
     rest_sizes = [sizes[rest[:, k] & known[:, k], k] for k in range(sizes.shape[1])]
@@ -378,7 +377,7 @@ def _part_sums(first: Floats, second: Floats) -> Floats:
 def _closest_rotation(across: Floats, squares: Floats) -> Floats:
     """Return the rotation R that brings v closest to u, of the sums of v u^T and of u u^T.
 
-    Directions of u count alike, down to a share of motion in which noise would decide.
+    Directions of u count equally, down to a share of motion in which noise would decide.
     """
     sizes, directions = np.linalg.eigh(squares)
     even = directions / np.maximum(sizes, _MIN_EVEN_SHARE * sizes[-1]) @ directions.T
@@ -395,7 +394,7 @@ def _rotation_vector(rotation: Floats) -> Floats:
 
 
 def read_rotations(source: str | os.PathLike[str]) -> Rotations:
-    """Return rotations that were written, or put down by hand.
+    """Return rotations from a file or a JSON text.
 
     Parameters
     ----------

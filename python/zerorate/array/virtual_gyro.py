@@ -1,4 +1,4 @@
-"""Weights that make one gyro of many, what they gain, and how sure that is."""
+"""Weights that fuse many gyros into one, their gain, and its error."""
 
 from __future__ import annotations
 
@@ -37,20 +37,20 @@ _TOO_FEW_TAUS: Final = (
 
 @dataclass(frozen=True, eq=False)
 class VirtualGyro(Result):
-    """Weights that make one gyro of many.
+    """Weights that fuse many gyros into one.
 
     Attributes
     ----------
     weights : ndarray, shape (N,)
-        Of each gyro; their sum is 1. One is negative where a gyro drifts as the others do, but
-        more.
+        Weight of each gyro; their sum is 1. It is negative for a gyro that drifts as the others do,
+        but more.
     gain : float
         Deviation of the plain mean over that of the weighted one, at the horizon: on parts of the
-        record from which the weights were not taken.
+        record that were not used for the weights.
     gain_error : float
         Its standard error.
     shrinkage : float
-        How far the covariance was moved to its diagonal, 0 to 1: at 1 no correlation is used.
+        Shrinkage of the covariance to its diagonal, 0 to 1: at 1 no correlation is used.
     horizon : float
         Averaging time for which `gain` holds, s.
 
@@ -145,7 +145,7 @@ def weigh(
 
 
 def time_shrinkage(n: int, seconds: float) -> float:
-    """Return how far the drift of n gyros goes to its diagonal after so long a record."""
+    """Return the shrinkage of the drift of n gyros towards its diagonal, for a record so long."""
     return n / (n + seconds / _SECONDS_PER_FREEDOM)
 
 
@@ -168,7 +168,7 @@ def shrink_covariance(covariance: Floats, shrinkage: float) -> Floats:
 
 
 def drift_freedom(tau: Floats, matrix: Floats, edf: Floats) -> float:
-    """Return how many degrees of freedom covariances leave for the drift: the median of gyros."""
+    """Return the degrees of freedom that covariances leave for the drift: the median of gyros."""
     strengths = _fit_strengths(tau, np.einsum("tii->ti", matrix), edf)
     variances = _noise_basis(tau) @ strengths
     _, errors = _least_squares(tau, variances, _limit_freedom(edf)[:, None] / (2.0 * variances**2))
@@ -190,8 +190,8 @@ def fit_noise(tau: Floats, matrix: Floats, edf: Floats) -> Noise:
     Notes
     -----
     Every element by least squares on its own; an estimate counts as its degrees of freedom allow,
-    given what the fit says its deviation is. Both matrices are positive semidefinite. Strengths
-    that are too small to be seen are what would just have been seen: taken for nothing, they
+    given its standard deviation from the fit. Both matrices are positive semidefinite. Strengths
+    that are too small to be seen are set to the smallest visible value: as zeros they
     would draw all the weight.
     """
     strengths = _fit_strengths(tau, np.einsum("tii->ti", matrix), edf)
@@ -228,7 +228,7 @@ def _check_arguments(
     constant = np.flatnonzero(~np.any(np.einsum("tii->ti", parts.matrix) > 0.0, axis=0))
     if constant.size:
         raise ValueError(
-            f"{names[constant[0]]} does not vary, or by nothing beside the others: "
+            f"{names[constant[0]]} does not vary, or by nothing compared with the others: "
             "leave it out of the array"
         )
 
@@ -245,7 +245,7 @@ def _min_variance_weights(covariance: Floats) -> Floats:
 
 
 def _noise_shares(horizon: float) -> tuple[float, float]:
-    """Return what R and Q count for at an averaging time, up to a factor: neither is above 1."""
+    """Return the shares of R and Q at an averaging time, up to a factor: neither is above 1."""
     return 1.0 / (1.0 + horizon * horizon / 3.0), 1.0 / (1.0 + 3.0 / horizon / horizon)
 
 

@@ -1,4 +1,4 @@
-"""Attitude of recordings, and what is known of a gyro before."""
+"""Attitude of recordings, and priors of a gyro."""
 
 from typing import TYPE_CHECKING, Final
 

@@ -1,4 +1,4 @@
-"""The attitude of a whole recording: orientation, how far to trust it, and what was learned."""
+"""The attitude of a whole recording: orientation, its standard deviations, and learned errors."""
 
 from __future__ import annotations
 
@@ -56,43 +56,44 @@ class AttitudeEstimate(Result):
     Parameters
     ----------
     time : ndarray, shape (n,)
-        Of the gyro's samples, s.
+        Times of the gyro's samples, s.
     rate : float
-        Of the gyro, Hz.
+        Rate of the gyro, Hz.
     quaternion : ndarray, shape (n, 4)
-        w, x, y, z from the axes of the sensor to those of the earth; a prediction where the gyro
-        misses a sample.
+        w, x, y, z from the axes of the sensor to those of the earth; a prediction where a sample of
+        the gyro is missing.
     tilt_sigma, heading_sigma : ndarray, shape (n,)
-        Standard deviations, rad; without a magnetometer that of the heading is against the start.
+        Standard deviations, rad; without a magnetometer that of the heading is relative to the
+        start.
     at_rest, disturbed : ndarray of bool, shape (n,)
-        Where the body rests, and where the magnetic field is another than the one known.
+        Masks of rest, and of a magnetic field that differs from the known one.
     events : ndarray of uint16, shape (n,)
-        What befell the sample, and what the filter did there: a sum of `zerorate.attitude.Event`.
+        Events of the sample and of the filter: a sum of `zerorate.attitude.Event`.
     linear_acceleration : ndarray, shape (n, 3)
         Acceleration in the axes of the sensor, m/s^2; NaN where the accelerometer has no sample.
     bias, bias_sigma : ndarray, shape (n, 3)
-        Of the gyro, and its standard deviation, rad/s.
+        Bias of the gyro, and its standard deviation, rad/s.
     moments : ndarray of int64, shape (m,)
-        Samples after which the next two were noted, up to 1000 of them; the last is n - 1.
+        Samples of the next two arrays, up to 1000 of them; the last is n - 1.
     gyro_matrices, gyro_matrix_sigmas : ndarray, shape (m, 3, 3)
         M in ``rate = M (gyro - bias)``, and the standard deviations of its elements.
     frame : {"enu", "ned", "nwu"}
-        Of the earth.
+        Axes of the earth.
     method : str
-        What made the estimate.
+        Method of the estimate.
     offline, mag : bool
-        Whether each sample was seen in the light of all, and whether a magnetometer took part.
+        True if later samples were used, and if a magnetometer was used.
     reference : ndarray, shape (n, 4), or None
-        The orientation that the recording has for a reference, in the frame; NaN where missing.
+        Reference orientation of the recording, in the frame; NaN where missing.
     source : str
         Name of the recording.
     notes : tuple of str
-        Sentences on the recording, and on what was assumed.
+        Sentences on the recording, and on assumptions.
     compared_heading : {"absolute", "relative", "aligned"}
-        How `errors` takes headings by default: "relative" without a magnetometer, "aligned" with a
-        reference whose north is its own, as a camera's.
+        Default treatment of headings in `errors`: "relative" without a magnetometer, "aligned" with
+        a reference that has its own north, such as a camera's.
     alarms : tuple of str
-        What contradicts the recording, a sentence each.
+        Contradictions in the recording, a sentence each.
 
     Examples
     --------
@@ -259,43 +260,43 @@ def attitude_of(
     progress: Progress | None = None,
     **constants: Any,  # noqa: ANN401
 ) -> AttitudeEstimate:
-    """Return the attitude of a body over a recording as it is, as `zerorate.Attitude` finds it.
+    """Return the attitude of a body over an unchecked recording, by `zerorate.Attitude`.
 
-    Nothing is checked or mended: `zerorate.estimate_attitude` does that first. The clock of the
-    gyro counts. A sample of another sensor on a clock of its own is taken at the first sample of
-    the gyro that is not before it; what was lost is missing, and the time goes on.
+    Nothing is checked or corrected: `zerorate.estimate_attitude` does that first. The clock of the
+    gyro is used. A sample of another sensor with its own clock is processed with the first gyro
+    sample that is not earlier; lost samples are missing, and the time goes on.
 
     Parameters
     ----------
     recording : Recording
         With a gyro and an accelerometer of three axes and of known units, and maybe a magnetometer
-        in any unit. A reference of four channels w, x, y, z is the true orientation, from sensor
-        to earth; the estimate then tells its errors.
+        in any unit. A reference of four channels w, x, y, z is the true orientation, from sensor to
+        earth; the estimate then has errors.
     frame : {"enu", "ned", "nwu"}
         Axes of the earth: east, north and up; north, east and down; north, west and up. North is
-        the magnetic one, unless `declination` is given. Default "enu", or "ned" where the gyro's
-        log says that its axes point forward, right and down, as those of a PX4 do: a level body has
-        then no roll.
+        the magnetic one, unless `declination` is given. Default "enu", or "ned" if the gyro's log
+        states that its axes point forward, right and down, such as a PX4's: a level body has then
+        no roll.
     method : str
         Of `zerorate.Attitude`. Default "auto", which needs no settings.
     offline : bool
-        Whether to see each sample in the light of all, those that come later too. Default no.
+        Use the whole recording for each sample, later ones too. Default no.
     mag : bool
-        Whether to use a magnetometer, if there is one; without, the heading is against the start
-        and drifts. Default yes.
+        Use a magnetometer, if there is one; without one the heading is relative to the start and
+        drifts. Default yes.
     declination : float
-        How far magnetic north lies east of true north, rad, as a model of the field tells it for
-        the place: the orientation is then to true north. Default 0.
+        Angle of magnetic north east of true north, rad, from a model of the field for the place:
+        the orientation is then relative to true north. Default 0.
     gyro, accel : str
-        Which of several sensors: ``"gyro_1"`` and so on; default the first, and the accelerometer
-        of its device.
+        Names of the sensors, of several: ``"gyro_1"`` and so on; default the first, and the
+        accelerometer of its device.
     reference : Poses, optional
-        The true orientation on the clock of the gyro, of a camera for instance, in the place of the
-        recording's own: its north is its own, and headings are aligned.
+        The true orientation on the clock of the gyro, such as a camera's, instead of the
+        recording's own: it has its own north, and headings are aligned.
     reference_frame : {"enu", "ned", "nwu"}, optional
-        Axes of the earth that the reference is to; default `frame`.
+        Earth axes of the reference; default `frame`.
     progress : callable, optional
-        Called with a step's name and the fraction of it that is done.
+        Called with a step's name and the fraction done.
         By default a bar in a notebook.
     **constants
         Further arguments of `zerorate.Attitude`, such as those of its named methods.
@@ -480,7 +481,7 @@ def _default_heading(mag: bool, reference: Poses | None) -> Heading:
 
 
 def _filter_warnings(messages: Iterable[warnings.WarningMessage]) -> Iterator[str]:
-    """Yield what the filter warned of: it knows no names of files."""
+    """Yield the filter's warnings, which name no file."""
     for message in messages:
         yield str(message.message).replace("is accel_unit right", "is its unit right")
 

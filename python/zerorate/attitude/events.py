@@ -1,4 +1,4 @@
-"""What a filter did at each sample of an attitude, and sentences on it."""
+"""Events of an attitude filter at each sample, and sentences on them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _MAX_LISTED: Final = 4
 
 
 class Event(IntFlag):
-    """What befell a sample of an attitude, or what the filter did there: bits of ``events``.
+    """Event of an attitude filter at a sample: bits of ``events``.
 
     Examples
     --------
@@ -86,7 +86,7 @@ def event_mask(events: EventBits, event: Event) -> Booleans:
 
 
 def event_notes(events: EventBits, at_rest: Booleans, time: Floats, rate: float) -> Iterator[str]:
-    """Yield a sentence for each mechanism that acted: how often, and when.
+    """Yield a sentence for each mechanism that acted: its count, and its times.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Calibration: what is deterministic in an inertial sensor, with its errors, and its removal."""
+"""Calibration: deterministic errors of an inertial sensor, with their errors, and their removal."""
 
 from typing import TYPE_CHECKING, Final
 

@@ -46,13 +46,13 @@ def calibrate(
     rests : iterable of Rest or (start, stop), optional
         Where the sensor rested, s. Default: found by `find_rests`.
     g_sensitivity : {"auto", True, False}
-        Whether what gravity does to the gyro is taken off in turns, too: "auto" if one of its
+        Subtract the g-sensitivity in rotations, too: "auto" if one of its
         elements differs from zero by three standard errors. It is estimated from rests anyway,
         but for False.
     frame : {"x", "z", "symmetric"}
         Axes of the body: as of `Calibration`.
     prior : {"datasheet", "wide"}
-        What is known before: scale within 5 %, cross terms within 30 mrad, bias of the
+        Prior: scale within 5 %, cross terms within 30 mrad, bias of the
         accelerometer within 100 mg (standard deviations); or nothing but that they are smaller
         than half of it. Sensors of unknown unit have the wide one.
     saturation : float, optional
@@ -62,7 +62,7 @@ def calibrate(
     Returns
     -------
     Calibration
-        Ask `valid` first: if it is False, ``problems`` says why, and ``advice`` what to do.
+        Check `valid` first: if it is False, ``problems`` says why, and ``advice`` what to do.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def calibrate(
     >>> calibration.valid, calibration.gyro.scale[0].identifiable, calibration.advice
     (True, True, ())
     """
-    # All that it takes is imported when it is first asked for: its name is that of the package.
+    # Its imports come at the first access: its name is that of the package.
     from zerorate.calibration.fit.steps import Choices, run_calibration
 
     choices = Choices(gravity, g_sensitivity, frame, prior, saturation)

@@ -1,4 +1,4 @@
-"""What a calibration has found: the parameters with their errors, and what they were found from."""
+"""Result of a calibration: parameters, their errors, and the data they come from."""
 
 from __future__ import annotations
 
@@ -50,22 +50,22 @@ if TYPE_CHECKING:
 class SensorCalibration:
     """The model of one sensor of three axes.
 
-    ``raw = matrix @ true + bias``; of a gyro also ``+ g_sensitivity @ force``, the force in g.
+    ``raw = matrix @ true + bias``; for a gyro also ``+ g_sensitivity @ force``, the force in g.
 
     Parameters
     ----------
     matrix
-        What the sensor makes of its input, output unit to raw unit.
+        Response of the sensor to its input, output unit to raw unit.
     scale
-        Its diagonal: 1.02 reads 2 % too much.
+        Diagonal of the matrix: 1.02 reads 2 % too much.
     misalignment
-        Off the diagonal: each element over the scale of its row, rad; zero on it.
+        Elements off the diagonal, each over the scale of its row, rad; zero on the diagonal.
     bias
         Output without input, raw unit.
     g_sensitivity
-        Of a gyro, raw unit per g; zeros of an accelerometer.
+        g-sensitivity of a gyro, raw unit per g; zeros for an accelerometer.
     raw_unit, unit
-        Of the samples, and of what is corrected.
+        Units of the samples, and of corrected samples.
 
     Examples
     --------
@@ -91,54 +91,54 @@ class SensorCalibration:
 
 @dataclass(frozen=True, eq=False)
 class Calibration(Result):
-    """What calibration of an accelerometer and a gyroscope has found.
+    """Calibration of an accelerometer and a gyroscope.
 
     The model is ``raw_accel = A f + b_a`` and ``raw_gyro = W w + b_g + G f``, with f in g in the
-    last term. ``accel`` and ``gyro`` hold it number by number, each with its standard error.
+    last term. ``accel`` and ``gyro`` hold its numbers, each with its standard error.
 
     Parameters
     ----------
     values
         All parameters, in the order of `parameters`, shape (33,).
     covariance
-        Their covariance, shape (33, 33), zero for what is fixed.
+        Their covariance, shape (33, 33), zero for fixed parameters.
     identifiable
-        Whether the record determines each; where not, the value is the one before the record.
+        Mask of the parameters that the record determines; the others keep their prior value.
     accel_units, gyro_units
         Unit of the raw samples, and of the corrected ones.
     gravity
         Local gravity, m/s^2.
     frame
-        Which axes of the body are those of the accelerometer: "x" (x, and y in the x-y plane: A is
+        Axes that the body shares with the accelerometer: "x" (x, and y in the x-y plane: A is
         lower triangular), "z" (z, and y in the y-z plane) or "symmetric".
     rests, turns
-        All that were found.
+        All rests and turns that were found.
     norm_error, norm_error_raw
         RMS of ``|f| / g - 1`` over rests, after and before calibration; after it, over rests that
         the fit had not seen if `held_out`.
     carry_error, carry_error_raw
-        RMS angle between gravity carried through a turn and gravity after it, rad, likewise.
+        RMS angle between gravity propagated through a turn and gravity after it, rad, likewise.
     held_out
-        Whether these errors are of rests and turns that the fit had not seen: not if three quarters
-        of them alone determine the sensors too badly.
+        True if these errors are of rests and turns that the fit had not seen. False if three
+        quarters of them determine the sensors too badly.
     problems
-        Why the calibration is not valid; empty if it is.
+        Reasons why the calibration is not valid; empty if it is.
     advice
-        What another record should have.
+        Advice for another record.
     notes
-        What was assumed.
+        Assumptions.
     rate
         Samples a second of the gyro.
     temperature
         Mean temperature of the record, degC, or None.
     origin
-        Recording and channels that it was made of.
+        Recording and channels of its data.
     temperature_model
         Bias of the gyro by temperature, in its raw unit, or None: `with_temperature` adds one.
     alarms
-        What contradicts the recording, of `zerorate.calibrate`.
+        Contradictions in the recording, from `zerorate.calibrate`.
     recording
-        What it was made of, for the figure, or None; no file holds it.
+        Its data, for the figure, or None; files do not hold it.
 
     Examples
     --------
@@ -208,7 +208,7 @@ class Calibration(Result):
         Parameters
         ----------
         frame : {"x", "z", "symmetric"}
-            Which axes of the body are those of the accelerometer: x, and y in its x-y plane, as
+            Axes that the body shares with the accelerometer: x, and y in its x-y plane, as
             Kalibr has it; z, and y in its y-z plane, as imu_tk; or as near to all as can be, with
             a symmetric matrix.
 
@@ -260,7 +260,7 @@ class Calibration(Result):
         return figure_of(self, recording or self.recording, panels == "all")
 
     def __repr__(self) -> str:
-        """Return in one line whether it is valid, and what it was made of."""
+        """Return one line with the verdict and the data."""
         rests, turns = (
             sum(entry.used for entry in entries) for entries in (self.rests, self.turns)
         )
@@ -268,16 +268,16 @@ class Calibration(Result):
         return f"Calibration({state}; {rests} rests and {turns} turns; frame {self.frame!r})"
 
     def __gyro_prior__(self, unit: str) -> tuple[Floats, Floats, Floats]:
-        """Tell an `Attitude` bias, matrix and its deviations of a gyro in this unit."""
+        """Return bias, matrix and its standard deviations for an `Attitude` in this unit."""
         return gyro_prior(self, unit)
 
     def __gyro_correction__(self, name: str) -> Floats:
-        """Tell a `GyroArray` the matrix that corrects a sensor's samples in their own unit."""
+        """Return the correction matrix of a sensor's samples in their unit, for a `GyroArray`."""
         return gyro_correction(self, name)
 
     @property
     def gyro_to_accel(self) -> Vector:
-        """Rotation vector of C in v_accel = C v_gyro, rad: how the sensors are turned.
+        """Rotation vector of C in v_accel = C v_gyro, rad, between the sensors.
 
         The axes of a sensor are those in which its matrix is lower triangular: its own x axis, and
         y in its x-y plane. They are the same in every frame.
@@ -286,7 +286,7 @@ class Calibration(Result):
 
     @property
     def valid(self) -> bool:
-        """Whether it can be trusted: nothing that makes it useless was found."""
+        """True if no problem makes the calibration useless."""
         return not self.problems
 
     @property

@@ -1,4 +1,4 @@
-"""Which sensors of a recording a calibration is of, and the gyro that it corrects."""
+"""Choice of the sensors of a recording to calibrate, and correction of the gyro."""
 
 from dataclasses import replace
 from typing import Final
@@ -12,7 +12,7 @@ _AXIS_COUNT: Final = 3
 def find_sensors(recording: Recording, calibration: Calibration) -> dict[str, str]:
     """Return the names of gyro and accelerometer that a calibration was made of.
 
-    They are told by their channels; where none are so named it is the first of each kind.
+    They are found by the names of their channels; without such names it is the first of each kind.
     """
     channels = {"gyro": calibration.origin.gyro, "accel": calibration.origin.accel}
     names = {}
@@ -31,7 +31,7 @@ def find_accel(recording: Recording, calibration: Calibration) -> Log | None:
 
 
 def correct_gyro(recording: Recording, calibration: Calibration, *, by_columns: bool) -> Log:
-    """Return the gyro of a recording, corrected, whose notes say so.
+    """Return the corrected gyro of a recording, with a note on it.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def correct_gyro(recording: Recording, calibration: Calibration, *, by_columns: 
     calibration : Calibration
         What is taken off.
     by_columns : bool
-        Whether the gyro was chosen by its columns, so that it is the first; else it is the one
+        True if the gyro was chosen by its columns, so that it is the first; else it is the one
         that the calibration was made of, if it is there.
 
     Raises
@@ -59,5 +59,5 @@ def correct_gyro(recording: Recording, calibration: Calibration, *, by_columns: 
     count = len(recording.of_kind("accel"))
     if count < 2:
         return gyro
-    note = f"of {count} accelerometers {names['accel']} is taken for the force on the gyro"
+    note = f"of {count} accelerometers {names['accel']} is used as the force on the gyro"
     return replace(gyro, meta={**gyro.meta, "notes": (*gyro.meta["notes"], note)})

@@ -36,15 +36,15 @@ class MovedParameter:
     name : str
         One of `Calibration.parameters`.
     first, second : Coefficient
-        As each calibration has it, in the raw unit.
+        Values in both calibrations, in the raw unit.
     difference : Coefficient
-        Second less first, with the error of both.
+        Second minus first, with the error of both.
     z : float
-        Difference over its standard error; NaN where the parameter does not count.
+        Difference over its standard error; NaN if the parameter is not compared.
     moved : bool
-        Whether z is beyond 3.
+        True if z is beyond 3.
     reason : str
-        Why it does not count, or what is to say of its move.
+        Reason why it is not compared, or a sentence on its change.
 
     Examples
     --------
@@ -66,22 +66,23 @@ class MovedParameter:
 
 @dataclass(frozen=True)
 class CalibrationComparison(Result):
-    """What `compare_calibrations` found; `print` shows it as a table.
+    """Result of `compare_calibrations`; `print` shows it as a table.
 
     Attributes
     ----------
     parameters : tuple of MovedParameter
         All of them, in the order of `Calibration.parameters`.
     chi_squared : float
-        Of all differences that count together, with their covariances.
+        Chi-squared of all compared differences, with their covariances.
     degrees_of_freedom : int
-        How many count.
+        Number of compared parameters.
     probability : float
-        Of a chi-squared at least as large, if nothing has moved; NaN where none counts.
+        Probability of a chi-squared at least as large, if nothing has moved; NaN if no parameter is
+        compared.
     gyro_unit, accel_unit : str
         Raw units of both calibrations.
     notes : tuple of str
-        What is to say of it.
+        Sentences on the comparison.
 
     Examples
     --------
@@ -120,7 +121,7 @@ def compare_calibrations(first: Calibration, second: Calibration) -> Calibration
     Returns
     -------
     CalibrationComparison
-        z of each parameter, which have moved, and the probability that none has.
+        z of each parameter, the parameters that have moved, and the probability that none has.
 
     Raises
     ------
@@ -129,7 +130,7 @@ def compare_calibrations(first: Calibration, second: Calibration) -> Calibration
 
     Notes
     -----
-    z is the difference over the root of both variances; a parameter counts that both records
+    z is the difference over the root of the sum of both variances, for parameters that both records
     determine. Standard errors hold within a session: the bias of a consumer accelerometer moves by
     about 1 mg from one to the next, that of a gyro by more, with temperature and each start.
 
@@ -186,7 +187,7 @@ def _chi_squared(difference: Floats, covariance: Floats, indices: Integers) -> f
     submatrix = covariance[np.ix_(indices, indices)]
     size = np.sqrt(np.diagonal(submatrix))
     correlation, z = submatrix / np.outer(size, size), difference[indices] / size
-    # Parameters that are hardly told apart must not make a difference of rounding count.
+    # Between parameters that are hardly distinguishable a difference of rounding must not count.
     return float(z @ np.linalg.pinv(correlation, rcond=1e-12, hermitian=True) @ z)
 
 
@@ -259,7 +260,7 @@ def _notes(
 
 
 def _list_names(names: list[str]) -> str:
-    """Return the first names, and how many more there are."""
+    """Return the first names, and the number of further ones."""
     more = len(names) - _MAX_NAMES
     return ", ".join(names[:_MAX_NAMES]) + (f" and {more} more" if more > 0 else "")
 

@@ -1,4 +1,4 @@
-"""Why a record gives no calibration."""
+"""Reasons why a record gives no calibration."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ if TYPE_CHECKING:
 
 
 class CalibrationError(LogError):
-    """A record has too few rests or turns; the message says what it has.
+    """A record has too few rests or turns; the message states their numbers.
 
     Attributes
     ----------
     calibration : Calibration or None
-        What they tell all the same, which is never valid; None if it is nothing.
+        Incomplete result, which is never valid; None if there is none.
     """
 
     def __init__(self, message: str, calibration: Calibration | None = None) -> None:

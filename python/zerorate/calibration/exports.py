@@ -22,6 +22,7 @@ from zerorate.calibration.parameters import (
 )
 from zerorate.faults import keyword_argument, make_sentence
 from zerorate.noise.exports import write_text
+from zerorate.numerals import shorten
 from zerorate.record.atomic import atomic_path
 from zerorate.record.exporting import document_export
 from zerorate.types import Floats
@@ -38,9 +39,11 @@ _writes = partial(
     document_export,
     faults="""\
 ValueError
-    If the calibration is not valid, without `force`; if the unit of the raw samples is not known,
-    or a sensor's axes are left-handed.""",
-    forced=", and to write a calibration that is not valid, with a warning",
+    If the calibration is not valid, without `doubtful`; if the unit of the raw samples is not
+    known, or a sensor's axes are left-handed.""",
+    options="""\
+doubtful : bool
+    Write a calibration that is not valid, with a warning in the file; default False.""",
 )
 
 
@@ -49,6 +52,7 @@ def to_kalibr(
     calibration: Calibration,
     path: str | os.PathLike[str] | None = None,
     *,
+    doubtful: bool = False,
     force: bool = False,
 ) -> str:
     """Return the calibration as the intrinsics of an IMU in Kalibr's YAML.
@@ -66,7 +70,7 @@ def to_kalibr(
     Kalibr multiplies the force by C_gyro_i before A (``IccSensors.py``,
     ``IccScaledMisalignedImu``), so A is our G turned into the axes of the gyro.
     """
-    _check_valid(calibration, force)
+    _check_valid(calibration, doubtful)
     converted = _convert_to_si(calibration.to_frame("x"), "Kalibr")
     gyro = converted.values[GYRO_MATRIX].reshape(3, 3)
     rotation = rotation_into_frame(gyro, "x")
@@ -118,6 +122,7 @@ def to_imu_tk(
     calibration: Calibration,
     path: str | os.PathLike[str] | None = None,
     *,
+    doubtful: bool = False,
     force: bool = False,
 ) -> ImuTk:
     """Return the calibration as the two files of imu_tk.
@@ -127,9 +132,10 @@ def to_imu_tk(
     path : str or path, optional
         What the names of the files begin with: ``imu`` gives ``imu_acc.calib`` and
         ``imu_gyro.calib``, as imu_tk's programs name them. Default: none is written.
+    doubtful : bool
+        Write a calibration that is not valid, with a warning in the files; default False.
     force : bool
-        Whether to replace existing files, and to write a calibration that is not valid, with a
-        warning; default no.
+        Replace existing files; default False.
 
     Returns
     -------
@@ -142,7 +148,7 @@ def to_imu_tk(
     Raises
     ------
     ValueError
-        If the calibration is not valid, without `force`, or the accelerometer's axes are
+        If the calibration is not valid, without `doubtful`, or the accelerometer's axes are
         left-handed.
     OSError
         If a file exists (without `force`) or cannot be written. Nothing is left half-written.
@@ -153,7 +159,7 @@ def to_imu_tk(
     Menegatti, "A robust and easy to implement method for IMU calibration without external
     equipments", ICRA 2014, equations 6 to 10.
     """
-    _check_valid(calibration, force)
+    _check_valid(calibration, doubtful)
     converted = calibration.to_frame("z")
     sensors = (
         (converted.accel.correction, converted.values[ACCEL_BIAS], converted.accel_units, "m/s^2"),
@@ -181,7 +187,9 @@ def _format_triad(
     remarks = (*remarks, usage)
     if si == "rad/s" and calibration.values[G_SENSITIVITY].any():
         largest = np.abs(calibration.values[G_SENSITIVITY]).max()
-        remarks += (f"# g-sensitivity has no place here: up to {largest:.3g} {raw} a g is left.",)
+        remarks += (
+            f"# g-sensitivity has no place here: up to {shorten(largest, 3)} {raw} a g is left.",
+        )
     return "\n".join((*(" ".join(map(_format_number, row)) for row in rows), *remarks)) + "\n"
 
 
@@ -191,6 +199,7 @@ def to_px4(
     path: str | os.PathLike[str] | None = None,
     *,
     instance: int = 0,
+    doubtful: bool = False,
     force: bool = False,
 ) -> str:
     """Return offsets and scales as parameters of PX4, in the format of QGroundControl.
@@ -209,7 +218,7 @@ def to_px4(
         is left is. Made of the frame "symmetric", which leaves the least. With a temperature
         model, ``TC_G0`` hold the bias of the gyro, and its offsets are zero.
     """
-    _check_valid(calibration, force)
+    _check_valid(calibration, doubtful)
     converted, names = _convert_to_si(calibration.to_frame("symmetric"), "PX4"), _PX4_NAMES
     lines = [
         *_header_lines(calibration, "PX4: offsets and scales of raw sensor_accel and sensor_gyro."),
@@ -236,6 +245,7 @@ def to_ardupilot(
     path: str | os.PathLike[str] | None = None,
     *,
     instance: int = 1,
+    doubtful: bool = False,
     force: bool = False,
 ) -> str:
     """Return offsets and scales as parameters of ArduPilot.
@@ -252,7 +262,7 @@ def to_ardupilot(
         `to_px4` for what is left; with a temperature model also ``INS_TCAL1``. ArduPilot takes new
         gyro offsets at every start by default.
     """
-    _check_valid(calibration, force)
+    _check_valid(calibration, doubtful)
     converted, names = (
         _convert_to_si(calibration.to_frame("symmetric"), "ArduPilot"),
         _ARDUPILOT_NAMES,
@@ -288,14 +298,14 @@ def _offsets_and_scales(
 
 
 def _describe_remainder(calibration: Calibration) -> Iterator[str]:
-    """Yield how large that is which offsets and scales alone leave."""
+    """Yield the size of the errors that offsets and scales alone leave."""
     accel = calibration.accel.correction
     cross = 1e3 * np.abs(accel - np.diag(np.diagonal(accel))).max()
-    yield f"# Left: misalignment of the accelerometer, up to {cross:.2g} mrad,"
+    yield f"# Left: misalignment of the accelerometer, up to {shorten(cross)} mrad,"
     rest = 100.0 * np.abs(calibration.values[GYRO_MATRIX].reshape(3, 3) - np.eye(3)).max()
     force = convert(float(np.abs(calibration.values[G_SENSITIVITY]).max()), "rad/s", "deg/s")
-    yield f"# scale and misalignment of the gyro, up to {rest:.2g} % of a rate,"
-    yield f"# its g-sensitivity, up to {force:.2g} deg/s a g."
+    yield f"# scale and misalignment of the gyro, up to {shorten(rest)} % of a rate,"
+    yield f"# its g-sensitivity, up to {shorten(force)} deg/s a g."
 
 
 def _convert_to_si(calibration: Calibration, program: str) -> Calibration:
@@ -317,15 +327,15 @@ def _convert_to_si(calibration: Calibration, program: str) -> Calibration:
     return calibration.in_units(gyro="rad/s", accel="m/s^2")
 
 
-def _check_valid(calibration: Calibration, force: bool) -> None:
-    """Refuse a calibration whose own words doubt it: ValueError says what to record instead."""
-    if calibration.valid or force:
+def _check_valid(calibration: Calibration, doubtful: bool) -> None:
+    """Refuse a doubtful calibration: ValueError with advice for another record."""
+    if calibration.valid or doubtful:
         return
     advice = "; ".join(calibration.advice) or "rest in a dozen poses, and turns between them"
     raise ValueError(
         make_sentence(
             f"the calibration is not valid, {calibration.problems[0]}: record {advice}; ",
-            keyword_argument("force", "", "force=True"),
+            keyword_argument("doubtful", "", "doubtful=True"),
             " writes it with this warning",
         )
     )
@@ -338,7 +348,7 @@ def _significant_model(calibration: Calibration) -> TemperatureModel | None:
 
 
 def _header_lines(calibration: Calibration, title: str) -> tuple[str, ...]:
-    """Return the first lines of a file: what it is, and whether it can be trusted."""
+    """Return the first lines of a file: its content, and its validity."""
     lines = [f"# {title}"]
     if not calibration.valid:
         lines.append(f"# WARNING, NOT VALID: {calibration.problems[0]}")

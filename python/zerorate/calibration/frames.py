@@ -108,7 +108,7 @@ def _jacobian(rotated: Floats, rotation: Floats, frame: Frame) -> Floats:
 
 
 def _angle_jacobian(rotated: Floats, rotation: Floats, frame: Frame) -> Floats:
-    """Return how the rotation into a frame follows the matrix before: d by dA, shape (3, 9).
+    """Return the derivative of the rotation into a frame by the matrix before: d by dA, (3, 9).
 
     From dA' = dA R^T - A' [d]x, of which the frame demands three parts to vanish.
     """
@@ -129,7 +129,7 @@ def _jacobian_by_angles(matrix: Floats) -> Floats:
 
 
 def _find_identifiable(jacobian: Floats, calibration: Calibration) -> Booleans:
-    """Return which parameters are made of none that the record does not determine."""
+    """Return the mask of parameters that depend on none that the record leaves undetermined."""
     scales = _parameter_scales(calibration.values)
     depends_on = np.abs(jacobian) * scales[np.newaxis, :] > _MIN_DEPENDENCE * scales[:, np.newaxis]
     return np.asarray(~(depends_on & ~calibration.identifiable[np.newaxis, :]).any(axis=1))

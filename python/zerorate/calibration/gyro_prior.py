@@ -1,4 +1,4 @@
-"""What a calibration knows of a gyro, as compiled classes ask for it."""
+"""Prior and correction of a gyro from a calibration, for compiled classes."""
 
 from __future__ import annotations
 

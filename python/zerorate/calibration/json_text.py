@@ -49,7 +49,7 @@ def to_json(
     Returns
     -------
     str
-        Every parameter with value, standard error and whether the record determines it, their
+        Every parameter with value, standard error and a flag if the record determines it, their
         covariance, rests, turns, errors, problems and advice, exact to the last bit; null where a
         number is not known. ``model`` says in words how to apply them.
     """

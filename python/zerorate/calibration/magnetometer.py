@@ -1,4 +1,4 @@
-"""The calibration of a magnetometer: what it corrects, and how far it can be trusted."""
+"""The calibration of a magnetometer: its correction, and its reliability."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from zerorate.calibration.magnet.exports import to_ardupilot, to_px4
 from zerorate.calibration.magnet.fit import BASIS
-from zerorate.calibration.magnet.spans import Span
+from zerorate.calibration.magnet.spans import Span, list_iron_changes
 from zerorate.calibration.parameters import Matrix, Vector
 from zerorate.faults import ArgumentError
 from zerorate.noise.coefficient import Coefficient
@@ -45,12 +45,12 @@ class IronGroup:
     Parameters
     ----------
     hard_iron
-        As found, unit of the samples; zero along directions that are not known.
+        Estimate, unit of the samples; zero along unknown directions.
     scatter_raw, scatter_unseen
         RMS of an axis about a constant field, in blocks that the fit had not seen: of raw samples,
         and without the hard iron.
     applied
-        Whether the hard iron is taken off.
+        True if the hard iron is subtracted.
 
     Examples
     --------
@@ -69,42 +69,45 @@ class IronGroup:
 
 @dataclass(frozen=True, eq=False)
 class MagnetometerCalibration(Result):
-    """What the gyro tells of a magnetometer: ``raw = soft_iron @ field + hard_iron``.
+    """Calibration of a magnetometer by a gyro: ``raw = soft_iron @ field + hard_iron``.
 
     Parameters
     ----------
     hard_iron
-        Of the group that lasts longest, unit of the samples.
+        Hard iron of the group that lasts longest, unit of the samples.
     soft_iron
         Its trace is 3; the unit matrix where it is not applied.
     rotation
-        Of the magnetometer against the gyro as a fit of everything has it, rad; never applied.
+        Rotation of the magnetometer against the gyro, from a fit of all parameters, rad; never
+        applied.
     field, dip
         Size of the field, unit of the samples, and its angle below the level, rad.
     model
-        What is applied.
+        Applied corrections.
     spans
-        Seconds on the clock of the gyro, kinds and groups: see `Span`.
+        Spans in seconds on the clock of the gyro, with kinds and groups: see `Span`.
     groups
-        Hard irons.
+        Hard irons of the groups.
     covariance
-        Of the elements of the soft iron and of the hard iron over `norm`, shape (11, 11).
+        Covariance of the elements of the soft iron and of the hard iron over `norm`, shape (11,
+        11).
     elements
-        Of the soft iron less 1, in eight orthonormal matrices: two of scale, three symmetric,
-        three antisymmetric; shape (8,).
+        Soft iron minus 1, in eight orthonormal matrices: two of scale, three symmetric, three
+        antisymmetric; shape (8,).
     norm
         Median size of the samples.
     unit
-        Of the samples.
+        Unit of the samples.
     problems, advice, notes
-        Why it is not valid, what another record should have, and what was assumed.
+        Reasons why it is not valid, advice for another record, and assumptions.
     source
-        Of which recording.
+        Name of the recording.
     residual
-        RMS over each second of what hard and soft iron leave of the field, unit of the samples,
-        NaN where a second has no samples; none without a gyro.
+        RMS residual of the field over each second, unit of the samples, NaN where a second has no
+        samples; empty without a gyro.
     alarms
-        What contradicts the recording, of `zerorate.calibrate_magnetometer`; no file holds it.
+        Contradictions in the recording, from `zerorate.calibrate_magnetometer`; files do not hold
+        them.
 
     Examples
     --------
@@ -136,12 +139,12 @@ class MagnetometerCalibration(Result):
 
     @property
     def valid(self) -> bool:
-        """Whether nothing was found that makes it useless."""
+        """True if no problem makes the calibration useless."""
         return not self.problems
 
     @property
     def applied(self) -> bool:
-        """Whether `apply` changes any sample."""
+        """True if `apply` changes samples."""
         return self.model != "none"
 
     @property
@@ -150,6 +153,12 @@ class MagnetometerCalibration(Result):
         total = sum(span.stop - span.start for span in self.spans)
         disturbed_s = sum(s.stop - s.start for s in self.spans if s.kind == "disturbed")
         return disturbed_s / total if total else 0.0
+
+    @property
+    def iron_changes(self) -> tuple[tuple[float, float], ...]:
+        """Start, on the clock of `spans`, and size, in `unit`, of each change of the hard iron."""
+        irons = [group.hard_iron for group in self.groups]
+        return tuple(list_iron_changes(self.spans, irons))
 
     def apply(
         self, samples: Recording | npt.ArrayLike, time: npt.ArrayLike | None = None
@@ -229,7 +238,7 @@ class MagnetometerCalibration(Result):
 
     @property
     def longest(self) -> int:
-        """Which of the groups lasts longest."""
+        """Index of the group that lasts longest."""
         return int(self._group_durations.argmax())
 
     @property
@@ -241,7 +250,7 @@ class MagnetometerCalibration(Result):
 
     @property
     def longest_applied(self) -> int:
-        """Which of the groups whose iron is taken off lasts longest; `longest` if none is."""
+        """Index of the longest group whose iron is removed; `longest` if none is."""
         durations = (
             self._group_durations * [group.applied for group in self.groups]
             if self.groups
@@ -250,7 +259,7 @@ class MagnetometerCalibration(Result):
         return self.longest if durations is None or not durations.any() else int(durations.argmax())
 
     def __field_correction__(self) -> tuple[list[float], list[list[float]]] | None:
-        """Return what `Attitude` takes off: hard iron of `longest`, and soft iron's inverse."""
+        """Return the correction for `Attitude`: hard iron of `longest`, inverse soft iron."""
         if not self.groups[self.longest].applied:
             return None
         inverse = np.linalg.inv(np.array(self.soft_iron, dtype=np.float64))
@@ -262,9 +271,9 @@ class MagnetometerCalibration(Result):
         Parameters
         ----------
         before : bool
-            Whether of raw samples: what hard and soft iron do, and what is not known of them.
+            True for raw samples: with the effects of hard and soft iron, and of their uncertainty.
         group : int, optional
-            With the hard iron of which group; default that of `longest`, whose deviations count.
+            Index of the group whose hard iron is used; default `longest`.
 
         Returns
         -------
@@ -295,7 +304,7 @@ class MagnetometerCalibration(Result):
     to_ardupilot = to_ardupilot
 
     def to_json(self, path: str | os.PathLike[str] | None = None) -> str:
-        """Return the calibration as JSON, exact to the last bit, and write it where told."""
+        """Return the calibration as JSON, exact to the last bit, and write it to a given file."""
         content = {
             "format": _FORMAT,
             "version": _VERSION,
@@ -329,7 +338,7 @@ class MagnetometerCalibration(Result):
         return cls(**fields)
 
     def __repr__(self) -> str:
-        """Return in one line what is applied."""
+        """Return one line with the applied corrections."""
         state = f"model {self.model!r}" if self.valid else "not valid"
         return f"MagnetometerCalibration({state}; {len(self.spans)} spans)"
 
@@ -349,7 +358,7 @@ def _decode_coefficients(encoded: list[Any]) -> Any:  # noqa: ANN401
 
 
 def _measure_unevenness(samples: Floats) -> tuple[float, float]:
-    """Return the median size of a field, and how much of it the size varies by."""
+    """Return the median size of a field, and the relative variation of the size."""
     sizes = np.linalg.norm(samples[np.isfinite(samples).all(axis=1)], axis=1)
     if not len(sizes):
         return 0.0, 0.0

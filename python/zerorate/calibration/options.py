@@ -1,4 +1,4 @@
-"""What a person chooses of a calibration: names, defaults, ranges, units and meanings."""
+"""Options of a calibration: names, defaults, ranges, units and meanings."""
 
 from typing import Final
 
@@ -14,15 +14,15 @@ _ROWS: Final = (
         default=None,
         unit="m/s^2",
         expected="that of a place on Earth in m/s^2, {} to {}".format(*GRAVITY_RANGE_M_S2),
-        meaning="Local gravity; by default 9.80665, which may be wrong by 0.3 %: that moves the "
-        "scale of the accelerometer alone",
+        meaning="Local gravity. By default 9.80665, which may be wrong by 0.3 %, as is then the "
+        "scale of the accelerometer",
     ),
     Option.choice(
         "frame",
         ("x", "z", "symmetric"),
-        "Axes of the body. x: its x is that of the accelerometer, its y in the x-y plane "
-        "of that, as Kalibr has it; z: its z, and y in the y-z plane, as imu_tk; symmetric: as "
-        "near to all three as can be",
+        "Axes of the body. x: its x is the accelerometer's x, its y lies in that sensor's x-y "
+        "plane, as in Kalibr; z: its z is the accelerometer's z, its y lies in the y-z plane, as "
+        "in imu_tk; symmetric: as near to all three axes as possible",
     ),
     Option(
         name="g_sensitivity",
@@ -30,22 +30,20 @@ _ROWS: Final = (
         default="auto",
         expected="'auto', True or False",
         choices=("auto",),
-        meaning="Whether what gravity makes the gyro read is taken off in turns, too: where it is "
-        "clear (auto), always, or never",
+        meaning="Subtract g-sensitivity in rotations: where it is clear (auto), always, or never",
     ),
     Option.choice(
         "prior",
         ("datasheet", "wide"),
-        "What is known before: errors as of a data sheet, or nothing but that they are "
-        "smaller than half of the scale",
+        "Prior errors: as of a data sheet, or only below half of the scale (wide)",
     ),
     Option(
         name="saturation",
         kind="number",
         default=None,
         expected="positive and finite",
-        meaning="End of the gyro's range, in the unit of the log; by default what it reaches again "
-        "and again. A turn that reaches it is not used",
+        meaning="End of the gyro's range, in the unit of the log. By default the value that it "
+        "reaches again and again. A rotation that reaches it is not used",
     ),
 )
 

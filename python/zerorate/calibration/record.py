@@ -1,4 +1,4 @@
-"""What a calibration was made of: the recording, its rests, and the turns between them."""
+"""Data of a calibration: the recording, its rests, and the turns between them."""
 
 from dataclasses import dataclass
 
@@ -7,12 +7,12 @@ from zerorate.types import Floats
 
 @dataclass(frozen=True)
 class Origin:
-    """What a calibration was made of, as far as it is known.
+    """Source of a calibration, where it is known.
 
     Parameters
     ----------
     source
-        Where the recording came from; empty where it is not known.
+        Source of the recording; empty where it is not known.
     gyro, accel
         Names of the channels; empty of arrays.
 
@@ -31,26 +31,26 @@ class Origin:
 
 @dataclass(frozen=True, eq=False)
 class Rest:
-    """A stretch without motion, of which the mean of both sensors is known.
+    """A static interval, with the means of both sensors.
 
     Parameters
     ----------
     start, stop
         Seconds on the clock of the gyro.
     first, last
-        Its samples are ``first`` to before ``last``.
+        Range of its samples: ``first`` to before ``last``.
     accel, gyro
         Mean output, raw, shape (3,).
     accel_sigma
-        Standard error of ``accel`` as the fit takes it, raw unit, shape (3,).
+        Standard error of ``accel`` in the fit, raw unit, shape (3,).
     direction
         Unit vector of the reaction to gravity in the axes of the body, shape (3,), as estimated.
     norm_error
         ``|f| / g - 1`` after calibration.
     used
-        Whether the fit used it.
+        True if the fit used it.
     reason
-        Why it was not, or what is odd about it.
+        Reason why it was not used, or an oddity.
 
     Examples
     --------
@@ -83,19 +83,19 @@ class Turn:
     start, stop
         Seconds on the clock of the gyro: from within one rest to within the next.
     first, last
-        Its samples are ``first`` to before ``last``.
+        Range of its samples: ``first`` to before ``last``.
     rests
-        Places of the two rests in `Calibration.rests`.
+        Indices of the two rests in `Calibration.rests`.
     angle
         Angle between the orientations before and after, rad.
     axis
-        About which, unit vector in the axes of the body before, shape (3,).
+        Axis of the rotation, unit vector in the axes of the body before, shape (3,).
     residual
-        Angle between gravity carried through the turn and gravity after it, rad.
+        Angle between gravity propagated through the turn and gravity after it, rad.
     used
-        Whether the fit used it.
+        True if the fit used it.
     reason
-        Why it was not, or what is odd about it.
+        Reason why it was not used, or an oddity.
     residual_raw
         The same angle before calibration, NaN where it was not computed.
 

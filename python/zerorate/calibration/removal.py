@@ -1,4 +1,4 @@
-"""The removal of what a calibration has found: from arrays, logs, recordings and live samples.
+"""Application of a calibration: to arrays, logs, recordings and live samples.
 
 All roads go through `zerorate.ImuCorrector`, so that a record gives the same bits live and at once.
 """
@@ -67,7 +67,7 @@ def convert_units(calibration: Calibration, gyro: str, accel: str) -> Calibratio
 
 
 def _unit_factor(own: str, wanted: str, sensor: Sensor) -> float:
-    """Return what samples of the calibration's unit are multiplied by."""
+    """Return the factor from the calibration's unit to that of the samples."""
     if own == wanted:
         return 1.0
     if wanted not in UNITS or own not in UNITS:
@@ -162,7 +162,7 @@ def corrector(
         Numbers in a sample: the gyro; gyro and accelerometer (the default); these and the
         temperature, degC. All are raw, in the units of the calibration.
     channels : int, optional
-        Sensors of one kind that are corrected alike; by default one.
+        Sensors of one kind that get the same correction; by default one.
 
     Returns
     -------
@@ -334,7 +334,7 @@ def _broadcast_like(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) ->
 
 def _apply_to_array(calibration: Calibration, samples: npt.ArrayLike) -> Floats:
     if hasattr(samples, "columns"):
-        # Its columns have an order of their own: a time in front would be taken for a rate.
+        # Its columns have an order of their own: a time in front would be read as a rate.
         raise TypeError(
             f"samples must be a Recording, a Log or an array, got {type(samples).__name__}; "
             "zr.read_recording reads data frames"
@@ -389,7 +389,7 @@ def _apply_to_log(calibration: Calibration, log: Log) -> Log:
 
 
 def _identify_sensor(log: Log) -> Sensor:
-    """Return which sensor a log is of, by its unit or else its names."""
+    """Return the sensor of a log, by its unit or else its names."""
     unit = UNITS.get(log.units[0])
     for sensor, kind in _QUANTITIES.items():
         if unit is not None and unit.kind == kind:
@@ -436,7 +436,7 @@ def _apply_to_recording(
 def _join_inputs(
     gyro: Log, accel: Log | None, temperature: Log | None, calibration: Calibration
 ) -> Floats:
-    """Return the samples of a gyro beside what acts on it, at the gyro's times."""
+    """Return the samples of a gyro with the inputs of its correction, at the gyro's times."""
     parts = [_three_axis_data(gyro, "gyro")]
     has_temperature = calibration.temperature_model is not None and temperature is not None
     if accel is not None:
@@ -465,7 +465,7 @@ def _interpolate_at(gyro: Log, log: Log, values: Floats) -> Floats:
 
 
 def _distance_to_nearest(times: Floats, known: Floats) -> Floats:
-    """Return how far each time is from the nearest of the known ones, which rise."""
+    """Return the distance of each time to the nearest of the known ones, which rise."""
     after = np.searchsorted(known, times)
     return np.minimum(
         np.abs(times - known[np.maximum(after - 1, 0)]),
@@ -495,7 +495,7 @@ def _channel_notes(log: Log, sensor: Sensor, calibration: Calibration) -> Iterat
 def _make_corrected_log(
     log: Log, data: Floats, sensor: Sensor, calibration: Calibration, without_accel: bool = False
 ) -> Log:
-    """Return a log with corrected samples, whose notes say what was done."""
+    """Return a log with corrected samples, and notes on the correction."""
     unit = calibration.gyro_units[1] if sensor == "gyro" else calibration.accel_units[1]
     sentences = (*_correction_notes(calibration, sensor), *_channel_notes(log, sensor, calibration))
     corrected = _add_notes(replace(log, data=data, unit=unit), sentences)
@@ -511,7 +511,7 @@ def _add_notes(log: Log, sentences: Iterable[str]) -> Log:
 
 
 def _temperature_notes(calibration: Calibration, temperature: Log | None) -> Iterator[str]:
-    """Yield which bias was taken off, and whether the model knows such temperatures."""
+    """Yield notes on the bias that was subtracted and on temperatures outside its range."""
     model = calibration.temperature_model
     if model is None:
         return
@@ -530,7 +530,7 @@ def _temperature_notes(calibration: Calibration, temperature: Log | None) -> Ite
 
 
 def _correction_notes(calibration: Calibration, sensor: Sensor) -> Iterator[str]:
-    """Yield what was done, and why it should not have been."""
+    """Yield notes on the correction, and on reasons against it."""
     rests, turns = (sum(entry.used for entry in m) for m in (calibration.rests, calibration.turns))
     yield f"{sensor}: corrected by a calibration of {rests} rests and {turns} turns"
     if not calibration.valid:

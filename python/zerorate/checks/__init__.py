@@ -1,4 +1,4 @@
-"""What a recording contradicts: units, signs and axes of its sensors, and clipped rates."""
+"""Contradictions in a recording: units, signs and axes of its sensors, and clipped rates."""
 
 from zerorate.checks.check import check
 from zerorate.checks.clipped import ClippedAxis, RestoredGyro, restore_clipped, restore_recording
@@ -16,5 +16,5 @@ __all__ = [
 
 
 def __dir__() -> list[str]:
-    """Show what is public."""
+    """Return the public names."""
     return __all__

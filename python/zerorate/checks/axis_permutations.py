@@ -1,4 +1,4 @@
-"""The 48 signed permutations of three axes, and what to call them."""
+"""The 48 signed permutations of three axes, and their names."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _AXES: Final = "xyz"
 
 
 def count_mistakes(sense: Floats) -> int:
-    """Return how many mistakes make a sense: an exchange, a sign, or all three signs, 1 each."""
+    """Return the number of mistakes in a sense: an exchange, a sign, or all three signs, 1 each."""
     columns = np.abs(sense).argmax(axis=1)
     unmoved = int((columns == np.arange(3)).sum())
     exchanges = {3: 0, 1: 1, 0: 2}[unmoved]
@@ -59,7 +59,7 @@ def format_senses(senses: Integers) -> tuple[str, ...]:
 
 
 def shared_rows(senses: Integers) -> tuple[str | None, str | None, str | None]:
-    """Return what several senses agree on, a new axis each: ``-y``, ``y`` without sign, or None."""
+    """Return the rows that several senses share: ``-y``, ``y`` without sign, or None."""
     rows = [_shared_row(SENSES[senses][:, axis]) for axis in range(3)]
     return rows[0], rows[1], rows[2]
 

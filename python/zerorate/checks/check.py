@@ -1,4 +1,4 @@
-"""The check of a recording: its sensors on common ticks, judged against each other."""
+"""The check of a recording: its sensors on common ticks, compared with each other."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from zerorate.units import UNITS, convert
 
 _TICK_S: Final = 0.02
 _MIN_DURATION_S: Final = 20.0
-"""Seconds without which nothing is told."""
+"""Shortest recording for a check, s."""
 _MIN_RATE_HZ: Final = 10.0
 """Hz of a sensor whose samples follow a motion."""
 _COST_FLOOR, _FIELD_COST_FLOOR = 0.01, 0.05
@@ -46,7 +46,7 @@ Scale = tuple[Coefficient, Coefficient, Coefficient]
 def check(
     recording: Recording, *, gyro: str = "gyro", accel: str | None = None, scale: bool = True
 ) -> Checks:
-    """Return what motion shows of the units, signs and axes of a recording's sensors.
+    """Check the units, signs and axes of a recording's sensors against its motion.
 
     The gyro carries the accelerometer's force through the motion: if its unit and its axes are
     right, and no other, gravity is constant there. So it is with a magnetometer's field. What
@@ -60,7 +60,7 @@ def check(
         Which of several sensors: ``"gyro_1"`` and so on; default the first, and the accelerometer
         of its device.
     scale : bool
-        Whether to look for scale errors and a delay of the gyro, too, where it fits. Default yes.
+        Also look for scale errors and a delay of the gyro, if it fits. Default yes.
 
     Returns
     -------
@@ -98,7 +98,7 @@ def check(
 
 
 def _find_obstacle(recording: Recording, gyro: str, accel: str) -> str:
-    """Return why nothing can be told, if so."""
+    """Return the reason why no check is possible, or an empty text."""
     for name, kind in ((gyro, "rate"), (accel, "acceleration")):
         if name not in recording:
             return f"there is no {name}"
@@ -184,7 +184,7 @@ def _check_gyro(ticks: _Ticks, gyro: Log, name: str) -> _GyroCheck:
     def refitted() -> Floats:
         args = (ticks.rates, ticks.forces, starts, length, biases[0, 0])
         found = check_fit(*args, fits=False)[0]
-        # Numbers so wild that nothing fits are no ground for an alarm.
+        # Values so erratic that nothing fits are no ground for an alarm.
         return found if found.size else np.zeros(len(starts))
 
     decision = decide(Costs(costs, null, _COST_FLOOR), refit=refitted)
@@ -226,7 +226,7 @@ def _gyro_finding(
 
 
 def _resolve_unit(stated_unit: str, unit: int) -> tuple[str, float]:
-    """Return the unit in which values are, and what makes them so."""
+    """Return the unit of values, and their factor into it."""
     other = {("rad/s", 1): "deg/s", ("deg/s", 2): "rad/s"}.get((stated_unit, unit))
     return (other, 1.0) if other else (stated_unit, _UNIT_FACTORS[unit])
 
@@ -247,7 +247,7 @@ def _describe_likely(decision: Decision, axes: str) -> str:
     others = [f"({sense})" for sense in format_senses(decision.remaining)[1:4]]
     if decision.other_units:
         others.append("some in another unit")
-    return f"{axes}; that is the likeliest of several that fit, beside {', '.join(others)}"
+    return f"{axes}; that is the likeliest of several that fit; the others are {', '.join(others)}"
 
 
 def _is_consistent(finding: Finding) -> bool:
@@ -259,7 +259,7 @@ def _unknown_scale() -> tuple[Scale, Coefficient]:
 
 
 def _estimate_scale(ticks: _Ticks, gyro_check: _GyroCheck) -> tuple[Scale, Coefficient]:
-    """Return what the motion shows of scale and delay of a gyro that fits."""
+    """Return the scale and delay of a gyro that fits, from its motion."""
     _, numbers, sigmas = check_fit(
         ticks.rates, ticks.forces, gyro_check.starts, gyro_check.length, gyro_check.bias, fits=True
     )
@@ -281,7 +281,7 @@ def _no_field_finding(recording: Recording, mag: str, reason: str) -> Finding:
 
 
 def _check_field(ticks: _Ticks, gyro_check: _GyroCheck, recording: Recording, mag: str) -> Finding:
-    """Return what the gyro, as it is or put right, shows of the magnetometer."""
+    """Return the finding on the magnetometer, by the gyro as it is or as corrected."""
     if ticks.fields is None:
         return _no_field_finding(
             recording, mag, f"{mag} has not three axes, or less than {_MIN_RATE_HZ:g} Hz"
@@ -301,7 +301,7 @@ def _check_field(ticks: _Ticks, gyro_check: _GyroCheck, recording: Recording, ma
 
 
 def _has_known_axes(gyro: Finding) -> bool:
-    """Whether the axes of a gyro, as it is or put right, are known."""
+    """Return True if the axes of a gyro, as it is or as corrected, are known."""
     return gyro.status == "agrees" or gyro.matrix is not None
 
 
@@ -313,7 +313,7 @@ def _field_finding(
     *,
     axes_known: bool,
 ) -> Finding:
-    # No motion tells a sense from its negative.
+    # No motion distinguishes a sense from its negative.
     both = np.concatenate([decision.remaining, decision.remaining + _ROTATION_COUNT])
     both = both[both < len(SENSES)]
     likely = min(both.tolist(), key=lambda place: (count_mistakes(SENSES[place]), place))
@@ -342,7 +342,7 @@ def _field_finding(
 
 
 def _median_dip(ticks: _Ticks) -> float | None:
-    """Return the median angle by which the field points down: the force at rest points up."""
+    """Return the median angle of the field below the level: the force at rest points up."""
     assert ticks.fields is not None
     sizes = np.linalg.norm(ticks.forces, axis=1) * np.linalg.norm(ticks.fields, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -371,7 +371,7 @@ def _describe_clock(gyro: Log) -> str:
 
 
 def _describe_sizes(recording: Recording, accel: str, mag: str) -> Iterator[str]:
-    """Yield a sentence on each sensor whose size is that of another unit than the one named."""
+    """Yield a sentence on each sensor whose values suggest another unit."""
     for name, kind in ((accel, "accel"), (mag, "mag")):
         log, known = recording.get(name), _USUAL_SIZES[kind]
         if log is None or log.channels != 3 or log.unit not in known:

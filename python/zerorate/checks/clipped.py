@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from zerorate._native import restore_clipped_rates
 from zerorate.faults import ArgumentError
+from zerorate.numerals import shorten
 from zerorate.record import Recording
 from zerorate.record.named import convert_to_unit, rate_of
 from zerorate.types import Booleans, Floats
@@ -32,14 +33,14 @@ class ClippedAxis:
     sign : int
         1 or -1.
     limit : float
-        The range as the recording shows it, rad/s.
+        The range as seen in the recording, rad/s.
     sample_count : int
         Samples that were restored.
     share : float
-        Their part of all samples.
+        Their share of all samples.
     certain : bool
-        Whether half of what is at the range is one number to the last bit: then nothing but a range
-        explains it. Axes that a calibration has mixed do not show that, and are clipped as well.
+        True if half of the samples at the range are equal to the last bit, which only a range
+        explains. Axes that a calibration has mixed do not show this, but may be clipped, too.
 
     Examples
     --------
@@ -62,23 +63,24 @@ class ClippedAxis:
         """Return a sentence without an end."""
         limit = math.degrees(self.sign * self.limit)
         return (
-            f"gyro {self.axis} is clipped at {limit:.0f} deg/s in {100.0 * self.share:.2g} % of "
+            f"gyro {self.axis} is clipped at {limit:.0f} deg/s in "
+            f"{shorten(100.0 * self.share)} % of "
             "the samples: restored from their flanks, and believed less"
         )
 
 
 @dataclass(frozen=True, eq=False)
 class RestoredGyro:
-    """Rates of a gyro, those that it clipped restored.
+    """Rates of a gyro, with clipped ones restored.
 
     Parameters
     ----------
     gyro : ndarray, shape (n, 3)
         rad/s, NaN where it is missing.
     restored : ndarray of bool, shape (n,)
-        Which samples were changed.
+        Mask of changed samples.
     variance : ndarray, shape (n,)
-        By how much a restored rate may be wrong, as density of a white noise, rad^2/s; 0 elsewhere.
+        Error of a restored rate, as density of a white noise, rad^2/s; 0 elsewhere.
     clipped : tuple of ClippedAxis
         The axes and signs that were clipped; none if the gyro never was.
 
@@ -99,13 +101,13 @@ class RestoredGyro:
 
 
 def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredGyro:
-    """Return rates that a gyro clipped at its range as their flanks promise them.
+    """Restore rates that a gyro clipped at its range, from their flanks.
 
-    Nothing need be known of the range. An axis and sign counts as clipped if the rate is within 4 %
-    of its largest for a tenth of a second, there are half as many such samples as there are a
-    little below, and cubics through the flanks rise above the plateaus by 1.5 % of the largest on
-    average: round peaks and true plateaus come out as their flanks promise, and stay to the last
-    bit. So does a gyro that never turned by 100 deg/s.
+    The range need not be known. An axis and sign counts as clipped if the rate is within 4 % of its
+    largest for a tenth of a second, there are half as many such samples as a little below, and
+    cubics through the flanks rise above the plateaus by 1.5 % of the largest on average. Round
+    peaks and true plateaus agree with their flanks, and stay unchanged to the last bit. So does a
+    gyro that never turned by 100 deg/s.
 
     Parameters
     ----------
@@ -117,7 +119,7 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredG
     Returns
     -------
     RestoredGyro
-        The rates, which were restored, and how far they may be wrong.
+        The rates, the mask of restored ones, and their variance.
 
     Raises
     ------
@@ -126,9 +128,9 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredG
 
     Notes
     -----
-    A restored rate is at most twice the range. Where a gyro is clipped for longer than about a
-    tenth of a second, no cubic knows the peak: `variance` says so. Half a second at one rate is no
-    peak, but a table or a wheel that turns, and stays.
+    A restored rate is at most twice the range. If a gyro is clipped for longer than about a tenth
+    of a second, no cubic predicts the peak: `variance` is then large. Half a second at a constant
+    rate is no peak, but a turning table or wheel, and stays.
 
     Examples
     --------
@@ -160,7 +162,7 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredG
 def restore_recording(
     imu: Recording, *, gyro: str = "gyro", certain: bool = True
 ) -> tuple[Recording, tuple[ClippedAxis, ...]]:
-    """Return a recording whose clipped rates are restored, and the axes that were clipped.
+    """Return a recording with restored clipped rates, and the clipped axes.
 
     Parameters
     ----------
@@ -169,12 +171,12 @@ def restore_recording(
     gyro : str
         The name of the gyro's log.
     certain : bool, default True
-        Whether it is restored only if each axis that was clipped is `ClippedAxis.certain`.
+        Restore only if each clipped axis is `ClippedAxis.certain`.
 
     Returns
     -------
     tuple
-        The recording, the same where nothing was restored, and `ClippedAxis` of each side.
+        The recording, the same if nothing was restored, and `ClippedAxis` of each side.
 
     Examples
     --------
@@ -210,7 +212,7 @@ def _is_rate(unit: str | None) -> bool:
 def clipped_axes(
     sides: Iterable[tuple[int, float, float, int]], gyro: Floats
 ) -> tuple[ClippedAxis, ...]:
-    """Return what the core says of axes that were clipped, of the rates as they were."""
+    """Return the axes that were clipped, found by the core in uncorrected rates."""
     axes = []
     for axis, sign, limit, count in sides:
         rate = sign * gyro[:, axis]

@@ -31,7 +31,7 @@ def drop_absent_sensors(recording: Recording) -> tuple[Recording, tuple[str, ...
     Returns
     -------
     tuple
-        The recording, whose remaining sensors are named anew from the first on, and notes.
+        The recording, whose remaining sensors are renamed from the first on, and notes.
     """
     notes: list[str] = []
     logs = dict(recording)
@@ -100,7 +100,7 @@ def mask_frozen_field(
     Parameters
     ----------
     recording : Recording
-        With a gyro of a known unit; else nothing is judged.
+        With a gyro of a known unit; else nothing is checked.
     gyro, mag : str
         Names of the logs.
 

@@ -1,4 +1,4 @@
-"""Which hypotheses a recording leaves, by their costs in its windows: no alarm unless it is sure.
+"""Hypotheses that remain after their costs in windows: no alarm below a high certainty.
 
 A hypothesis is a unit and one of 48 senses of the axes; its cost in a window is how far gravity,
 carried through the motion by the gyro so understood, is from constant, over gravity squared.
@@ -51,7 +51,7 @@ class Costs:
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """What is left of the hypotheses.
+    """Hypotheses that remain.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class Decision:
     unit : int
         Place of the unit that fits: 0 is the given one.
     remaining : ndarray of int
-        Senses that the data do not tell from the best.
+        Senses that the data do not distinguish from the best.
     likely : int
         The one of them that the fewest mistakes make, and of several such the one that fits best.
     decisive : ndarray of bool, shape (windows,)
@@ -68,7 +68,7 @@ class Decision:
     ratio : float
         Cost of what was given over that of the best.
     other_units : bool
-        Whether hypotheses of other units are left, too.
+        True if hypotheses of other units remain, too.
     """
 
     status: Status
@@ -88,7 +88,7 @@ class _Margin(NamedTuple):
 
 
 def _compare_costs(worse: Floats, better: Floats, floor: float) -> _Margin:
-    """Return by how much one hypothesis is better than another, in how many windows."""
+    """Return the advantage of one hypothesis over another, and the number of windows for it."""
     high, low = worse + floor**2, better + floor**2
     d = np.log(high / low).clip(-3.0, 3.0)
     total = float(np.abs(d).sum())
@@ -103,7 +103,7 @@ def _is_beaten(costs: Costs, candidate: Floats, best: Floats) -> bool:
 
 
 def _find_quiet_units(costs: Costs) -> Booleans:
-    """Return the units whose senses are all alike, and good: so slow that no axis can be told."""
+    """Return the units whose senses all fit equally well: so slow that no axis shows."""
     means, null = costs.costs.mean(axis=2), float(costs.null.mean())
     floor = costs.floor**2
     tied = means.max(axis=1) + floor <= _TIE_RATIO * (means.min(axis=1) + floor)
@@ -111,7 +111,7 @@ def _find_quiet_units(costs: Costs) -> Booleans:
 
 
 def decide(costs: Costs, *, refit: Callable[[], Floats] | None = None) -> Decision:
-    """Return what the windows leave of the hypotheses.
+    """Return the hypotheses that remain after all windows.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def decide(costs: Costs, *, refit: Callable[[], Floats] | None = None) -> Decisi
         Of all hypotheses.
     refit : callable, optional
         Returns the costs of what was given, shape (windows,), with scale errors and a delay of
-        its own, and is asked before an alarm.
+        its own, and is called before an alarm.
     """
     if costs.costs.shape[2] < _MIN_WINDOWS:
         return _decide_nothing("cannot tell", costs)
@@ -144,7 +144,7 @@ def decide(costs: Costs, *, refit: Callable[[], Floats] | None = None) -> Decisi
         return Decision("unit only", best[0], np.arange(48), IDENTITY, where, margin.ratio)
     other_units = int(tied.sum()) > len(remaining)
     if other_units and best[0] != 0:
-        # Units that cannot be told apart, of which the given one does not fit best: none is named.
+        # Units that cannot be distinguished, of which the given one is not the best: none is named.
         return _decide_nothing("doubt", costs, explained)
     return Decision(
         "mistake",
@@ -186,7 +186,7 @@ def _is_unit_only(costs: Costs, best: tuple[int, int], quiet: Booleans) -> bool:
 
 
 def _is_sure(costs: Costs, given_costs: Floats, best: tuple[int, int], unit_only: bool) -> bool:
-    """Whether what was given is worse than the best beyond doubt."""
+    """Return True if the given hypothesis is worse than the best beyond doubt."""
     low, floor = costs.costs[best], costs.floor
     margin = _compare_costs(given_costs, low, floor)
     if margin.telling < _MIN_WINDOWS or margin.share < 0.9:
@@ -210,7 +210,7 @@ def _robust_ratio(given_costs: Floats, low: Floats, floor: float) -> float:
 
 
 def _decide_agreement(costs: Costs, tied: Booleans, explained: Booleans) -> Decision:
-    """Return what is seen of axes that nothing contradicts."""
+    """Return the decision for axes that nothing contradicts."""
     remaining = np.flatnonzero(tied[0])
     is_seen = len(remaining) == tied.sum() and any(shared_rows(remaining))
     status: Status = "agrees" if tied.sum() == 1 else "partly seen" if is_seen else "cannot tell"

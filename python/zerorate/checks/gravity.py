@@ -1,4 +1,4 @@
-"""Gravity in what an accelerometer shows: absent from the linear acceleration that phones offer."""
+"""Gravity in an accelerometer's samples: absent from the linear acceleration of phones."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def restore_gravity(
 
 
 def _add_gravity(accel: Log, gravity: Log) -> tuple[Log, str]:
-    """Return the specific force, up where the body rests, and what was done."""
+    """Return the specific force, up where the body rests, and a note on the change."""
     unit = gravity.unit if gravity.unit in UNITS else accel.unit
     data = accel.data + convert(gravity.data, unit, accel.unit)
     added = f"{', '.join(gravity.names)} is added to it"

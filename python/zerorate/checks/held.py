@@ -61,7 +61,7 @@ def drop_held_fixes(fixes: Fixes) -> tuple[Fixes, tuple[str, ...]]:
 
 
 def _find_repeats(fixes: Fixes) -> Booleans:
-    """Return the mask of fixes that say what the one before says, shape (n,)."""
+    """Return the mask of fixes that repeat the one before, shape (n,)."""
     same = _equals_previous(fixes.position)
     if fixes.velocity is not None:
         same &= _equals_previous(fixes.velocity)

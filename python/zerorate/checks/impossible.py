@@ -9,9 +9,9 @@ Integrated for one period it turns the heading for good: 20,000 deg/s in one row
 - No MEMS gyro has a range beyond 4000 deg/s (ISM330DHCX; most end at 2000): what is above is none.
 - Within the range a sample is a spike if it is 8 times larger than both its neighbours from
   1000 deg/s on, or 50 times from 300 deg/s on. A gyro's own low-pass filter, which ends below half
-  the rate, spreads whatever turns it over two samples at least. Samples of a swing or of a clipped
-  turn have neighbours of their size; a knock rings. At less than 50 Hz a real gesture fits between
-  two samples, so nothing is a spike there.
+  the rate, spreads whatever turns it over two samples at least. Samples of a fast motion or of a
+  clipped turn have neighbours of their size; a knock rings. At less than 50 Hz a real gesture fits
+  between two samples, so nothing is a spike there.
 
 A spike of less than 300 deg/s may be a knock on a sensor at rest, and stays.
 """
@@ -25,6 +25,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from zerorate.numerals import shorten
 from zerorate.record.recording import Recording
 from zerorate.types import Booleans, Floats
 from zerorate.units import UNITS, convert
@@ -85,7 +86,7 @@ def mask_impossible_rates(recording: Recording, gyro: str) -> tuple[Recording, t
     Parameters
     ----------
     recording : Recording
-        Whose gyro is in a known unit; else nothing is judged.
+        Recording whose gyro has a known unit; else nothing is checked.
     gyro : str
         Name of the log.
 
@@ -105,16 +106,16 @@ def mask_impossible_rates(recording: Recording, gyro: str) -> tuple[Recording, t
     largest = math.degrees(float(np.nanmax(np.abs(convert(log.data[mask], log.unit, "rad/s")))))
     alarm = (
         f"{', '.join(log.names)}: {count} of {log.n} samples are impossible and left out: up to "
-        f"{largest:.4g} deg/s, the first at {log.sampled[int(np.argmax(mask))]:.6g} s"
+        f"{shorten(largest, 4)} deg/s, the first at {log.sampled[int(np.argmax(mask))]:.6g} s"
     )
     data = np.where(mask[:, np.newaxis], np.nan, log.data)
     return replace(recording, logs={**recording, gyro: replace(log, data=data)}), (alarm,)
 
 
 class ImpossibleRateDetector:
-    """Tells of each sample as it comes what `find_impossible_rates` says of the batch.
+    """Detects impossible samples one by one, as `find_impossible_rates` does for a batch.
 
-    A sample beyond the range is told at once. One that may be a spike is taken for one until the
+    A sample beyond the range is left out at once. One that may be a spike counts as one until the
     next has come, and `revised` says then if it was motion.
 
     Parameters
@@ -129,7 +130,7 @@ class ImpossibleRateDetector:
     beyond_count, spike_count : int
         Samples left out.
     revised : bool
-        After `take`: whether the sample before was taken for a spike, and was none.
+        After `take`: True if the sample before counted as a spike, and was none.
 
     Examples
     --------
@@ -155,7 +156,7 @@ class ImpossibleRateDetector:
 
     @property
     def undecided(self) -> bool:
-        """Whether the last sample is a spike only if the next says so."""
+        """True if only the next sample shows that the last one is a spike."""
         return self._suspect is not None
 
     def take(self, rates: Sequence[float]) -> bool:
@@ -177,7 +178,7 @@ class ImpossibleRateDetector:
         self.spike_count -= self.revised
         beyond = size > self._limit
         spike = not beyond and self._spikes and _is_spike(size, self._size(self._last))
-        # A sample that is left out tells nothing of the next.
+        # A sample that is left out has no information on the next.
         self._last = [math.nan] * 3 if beyond else rates
         self._suspect = size if spike else None
         self.beyond_count += beyond
@@ -189,7 +190,7 @@ class ImpossibleRateDetector:
         return self._scale * largest if sum(rates) == sum(rates) else math.nan
 
     def sentences(self) -> Iterator[str]:
-        """Yield how many samples were left out."""
+        """Yield the counts of samples that were left out."""
         range_ = f"{math.degrees(self._limit):.6g} deg/s"
         for count, what in (
             (self.beyond_count, f"beyond the gyro's range of {range_}"),

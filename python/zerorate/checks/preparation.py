@@ -1,4 +1,4 @@
-"""The preparation of a recording: what contradicts it is said, and mended where that is sure.
+"""The preparation of a recording: contradictions are reported, and certain ones corrected.
 
 Every task begins here, so that all of them take a recording for the same. The steps stand in one
 table, `PREPARATIONS`, with evidence, threshold, default and the option that changes it.
@@ -21,6 +21,7 @@ from zerorate.checks.result import Checks, Finding
 from zerorate.checks.spikes import drop_spikes
 from zerorate.checks.stillness import SteadyRate, detect_steady_rate
 from zerorate.faults import Argument, keyword_argument, make_sentence
+from zerorate.numerals import shorten
 from zerorate.record.fixes import Fixes
 from zerorate.record.recording import Recording
 from zerorate.record.samples import partner_name
@@ -67,7 +68,7 @@ class PreparedRecording:
 
     @property
     def alarms(self) -> tuple[str, ...]:
-        """What contradicts the recording, a sentence each, with what to type against it."""
+        """Contradictions in the recording, a sentence each, with the option to type against it."""
         return self.alarms_except()
 
     def alarms_except(self, *checks: str) -> tuple[str, ...]:
@@ -82,7 +83,7 @@ class PreparedRecording:
 
 @dataclass(frozen=True)
 class Choices:
-    """What a task, or its user, chooses of the preparation.
+    """Choices of a task, or of its user, in the preparation.
 
     Attributes
     ----------
@@ -124,7 +125,7 @@ class Choices:
 
 
 class Step(NamedTuple):
-    """What a step makes of a recording: the recording, alarms, and notes on what was done.
+    """Result of a step: the recording, alarms, and notes on the changes.
 
     `gyro_fix` is what was put right of the gyro.
     """
@@ -136,14 +137,14 @@ class Step(NamedTuple):
 
 
 class Preparation(NamedTuple):
-    """A row of the table: one check, by what it judges, and what follows from it.
+    """A row of the table: one check, its evidence and its consequence.
 
     Attributes
     ----------
     name : str
         Of the check.
     evidence, threshold : str
-        What it judges by, and from where on, with the reason.
+        Evidence and threshold, with the reason.
     default, option : str
         What is done, and the argument that changes it.
     step : callable or None
@@ -242,7 +243,7 @@ def _fix_axes(recording: Recording, choices: Choices) -> Step:
 def check_axes(
     recording: Recording, gyro: str, accel: str | None = None, *, scale: bool = True
 ) -> Checks:
-    """Return what motion shows of units and axes, of `zerorate.check`."""
+    """Return the result of `zerorate.check`: units and axes, by motion."""
     # Rates that are clipped fit other axes better than their own.
     whole, _ = restore_recording(recording, gyro=gyro, certain=False)
     return check(whole, gyro=gyro, accel=accel, scale=scale)
@@ -302,7 +303,7 @@ def _restore_clipped(recording: Recording, choices: Choices) -> Step:
 
 def _describe_clipped(axis: ClippedAxis, verb: str = "is") -> str:
     limit = math.degrees(axis.sign * axis.limit)
-    share = f"{100.0 * axis.share:.2g} % of the samples"
+    share = f"{shorten(100.0 * axis.share)} % of the samples"
     return f"gyro {axis.axis} {verb} clipped at {limit:.0f} deg/s in {share}"
 
 
@@ -331,7 +332,7 @@ AS_MEASURED_CHOICES: Final = Choices(clipped="tell", skip=(GRAVITY,))
 """Choices of the tasks on noise and bias: clipped rates as they were, no use for gravity."""
 
 FILTER_CHOICES: Final = replace(AS_MEASURED_CHOICES, skip=(GRAVITY, IMPOSSIBLE))
-"""Choices of the tasks by a drift filter, which judges every rate itself, as live."""
+"""Choices of the tasks by a drift filter, which tests every rate itself, as live."""
 
 PREPARATIONS: Final = (
     Preparation(
@@ -392,11 +393,11 @@ PREPARATIONS: Final = (
         "the samples are missing, and an alarm says how many",
         "columns",
         _mask_impossible,
-        "all tasks but replay, whose filter judges every rate itself, as live",
+        "all tasks but replay, whose filter tests every rate itself, as live",
     ),
     Preparation(
         CLIPPED,
-        "samples at the largest value of an axis, and the flanks beside them",
+        "samples at the largest value of an axis, and the flanks next to them",
         "`zerorate.checks.restore_recording` has them",
         "restored where nothing else explains them; replay, allan, identify and compare take rates "
         "as measured, and an alarm says so",
@@ -426,4 +427,4 @@ PREPARATIONS: Final = (
         "navigate, report",
     ),
 )
-"""The steps in their order: each judges what those before it have made of the recording."""
+"""The steps in their order: each checks the recording as corrected by those before it."""

@@ -1,4 +1,4 @@
-"""What a check of a recording has found, as data, as sentences, and as the recording put right."""
+"""Result of a check: as data, as sentences, and as the corrected recording."""
 
 from __future__ import annotations
 
@@ -22,36 +22,38 @@ _VERSION: Final = 1
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """What motion shows of the unit and the axes of one sensor.
+    """Finding on the unit and the axes of one sensor, by motion.
 
     Parameters
     ----------
     sensor : str
         Name of the log, ``"gyro"`` for instance.
     status : str
-        ``"agrees"``: nothing else fits. ``"partly seen"``: nothing contradicts it, and some axis is
-        seen. ``"cannot tell"``: the motion does not show it. ``"doubt"``: something else fits
-        better, but not well enough to name it. ``"mistake"``: something else fits, beyond doubt.
-        ``"unit only"``: another unit does, of whatever axes.
+        ``"agrees"``: no other hypothesis fits. ``"partly seen"``: nothing contradicts the log, and
+        some axis is confirmed. ``"cannot tell"``: the motion does not decide. ``"doubt"``: another
+        hypothesis fits better, but not clearly enough to name it. ``"mistake"``: another one fits,
+        beyond doubt. ``"unit only"``: another unit fits, with undecided axes.
     text : str
         A sentence.
     unit : str
-        In which the values are; that of the log unless it is mistaken.
+        Unit of the values; that of the log unless it is mistaken.
     factor : float
-        What the values are multiplied by to be in it.
+        Factor of the values into that unit.
     matrix : ndarray, shape (3, 3), or None
-        The axes that fit, ``matrix @ sample``, a signed permutation; None unless one alone is left.
+        The axes that fit, ``matrix @ sample``, a signed permutation; None unless a single one
+        remains.
     likely : str
-        That permutation, or the one that the fewest mistakes make, as one would type it:
-        ``"x,-y,z"``. Empty where none is named.
+        That permutation, or the one of the fewest mistakes, as it is typed: ``"x,-y,z"``. Empty if
+        none is named.
     alternatives : tuple of str
-        All that are left, if they are not all.
+        All remaining permutations, unless all remain.
     seen : tuple of (str or None)
-        What all that are left agree on, an axis each: ``"-y"``, ``"±y"`` without the sign, None.
+        Common rows of all remaining permutations, an axis each: ``"-y"``, ``"±y"`` without the
+        sign, None.
     spans : tuple of (float, float)
-        Seconds of the log from and to which it is seen.
+        Start and end of the spans with evidence, s.
     ratio : float
-        By how much worse the log, as it is, fits than what is named; 1 if nothing is.
+        Ratio of the misfit of the log as it is to that of the named axes; 1 if none is named.
 
     Examples
     --------
@@ -77,12 +79,12 @@ class Finding:
 
     @property
     def alarm(self) -> bool:
-        """Whether the sensor is not what its log says, beyond doubt."""
+        """True if the sensor contradicts its log beyond doubt."""
         return self.status in _ALARM_STATUSES
 
     @property
     def exact(self) -> bool:
-        """Whether it is known how to put the log right."""
+        """True if the correction of the log is known."""
         return self.alarm and (self.matrix is not None or self.status == "unit only")
 
     def apply(self, log: Log) -> Log:
@@ -97,7 +99,7 @@ class Finding:
             changes.append(f"multiplied by {self.factor:.6g}")
         if self.matrix is not None and not np.array_equal(self.matrix, np.eye(3)):
             data = data @ self.matrix.T
-            changes.append(f"({self.likely}) taken for (x,y,z)")
+            changes.append(f"({self.likely}) read as (x,y,z)")
         note = f"{', '.join(log.names)}: {', '.join(changes)}, as the motion shows"
         notes = (*log.meta.get("notes", ()), note)
         return replace(log, data=data, unit=self.unit, meta={**log.meta, "notes": notes})
@@ -105,28 +107,28 @@ class Finding:
 
 @dataclass(frozen=True, eq=False)
 class Checks(Result):
-    """What motion shows of a recording, as `zerorate.check` returns it.
+    """Result of `zerorate.check`: findings on the sensors of a recording, by motion.
 
     Parameters
     ----------
     gyro, magnetometer : Finding
-        Against the accelerometer, and against the gyro.
+        Findings against the accelerometer, and against the gyro.
     scale : tuple of Coefficient
-        Scale of x, y and z of the gyro: 1.01 if it shows 1 % too little; not identifiable where
-        the motion does not show it to 3 %, or the gyro does not fit.
+        Scale of x, y and z of the gyro: 1.01 if it reads 1 % too little; not identifiable if the
+        motion does not determine it to 3 %, or the gyro does not fit.
     delay : Coefficient
-        Seconds by which the gyro is later than the accelerometer; not identifiable where the motion
-        does not show it to 15 ms.
+        Delay of the gyro behind the accelerometer, s; not identifiable if the motion does not
+        determine it to 15 ms.
     dip : float or None
-        Angle by which the magnetic field points down, rad; None without a magnetometer. Where it is
+        Angle of the magnetic field below the level, rad; None without a magnetometer. If it is
         negative the recording is from south of the magnetic equator, or a sign is wrong: motion
-        does not tell.
+        cannot decide.
     source : str
         Name of the recording.
     notes : tuple of str
-        Sentences on sizes that are of another unit than the one named.
+        Sentences on values whose size suggests another unit.
     clock : str
-        What the stamps say of the rate that was stated, a sentence; "" where they agree to 0.1 %.
+        A sentence if the stamps contradict the stated rate; "" if they agree to 0.1 %.
 
     Examples
     --------
@@ -147,7 +149,7 @@ class Checks(Result):
 
     @property
     def alarms(self) -> tuple[str, ...]:
-        """What is mistaken beyond doubt, a sentence each."""
+        """Errors beyond doubt, a sentence each."""
         texts = (finding.text for finding in (self.gyro, self.magnetometer) if finding.alarm)
         return (*texts, *filter(None, (self.clock,)))
 
@@ -179,7 +181,7 @@ class Checks(Result):
         return as_json(content, indent=1)
 
     def __repr__(self) -> str:
-        """Return what is said of each sensor."""
+        """Return the status of each sensor."""
         return f"Checks({', '.join(self._statuses())})"
 
     def _statuses(self) -> Iterator[str]:

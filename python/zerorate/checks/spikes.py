@@ -26,7 +26,7 @@ _LINE_FACTOR: Final = math.sqrt(1.5)
 
 
 def find_spikes(fixes: Fixes) -> tuple[Booleans, Booleans]:
-    """Return which positions and which velocities stand alone, shape (m,) each.
+    """Return the masks of isolated positions and isolated velocities, shape (m,) each.
 
     A fix off the line between its neighbours by six standard deviations, and by eight medians of
     the distance that motion causes, and by more than they are.
@@ -49,7 +49,7 @@ def find_spikes(fixes: Fixes) -> tuple[Booleans, Booleans]:
 
 
 def drop_spikes(fixes: Fixes) -> Fixes:
-    """Return the fixes of a receiver that tells positions alone without those that stand alone.
+    """Return the fixes of a receiver without velocities, without isolated positions.
 
     Without velocities a filter is led astray by the first of them, and rejects those that are
     right.
@@ -89,7 +89,7 @@ def _horizontal(sigma: Floats | None, usual: float, n: int) -> Floats:
 
 
 def _spikes(time: Floats, values: Floats, sigma: Floats) -> Booleans:
-    """Return which of the values, shape (m, 2), stand off the line between their neighbours."""
+    """Return the mask of values, shape (m, 2), that are off the line between their neighbours."""
     spikes = np.zeros(len(time), dtype=np.bool_)
     known = np.flatnonzero(np.isfinite(values).all(axis=1))
     if len(known) < _MIN_COUNT:
@@ -105,7 +105,7 @@ def _spikes(time: Floats, values: Floats, sigma: Floats) -> Booleans:
 
 
 def _peaks(t: Floats, x: Floats, sigma: Floats) -> Booleans:
-    """Return which points are off the line between their neighbours, and more so than they."""
+    """Return the mask of points farther off the line between their neighbours than these are."""
     part = ((t[1:-1] - t[:-2]) / (t[2:] - t[:-2]))[:, np.newaxis]
     off = np.linalg.norm(x[1:-1] - (1.0 - part) * x[:-2] - part * x[2:], axis=1)
     noise = _LINE_FACTOR * sigma[1:-1]

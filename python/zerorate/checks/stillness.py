@@ -13,7 +13,7 @@ from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
 _MIN_RATE_RAD_S: Final = math.radians(10.0)
-"""Rate from which on it is more than filters take for a bias."""
+"""Largest rate that filters accept as a bias."""
 _MAX_RATE_CHANGE_RAD_S: Final = math.radians(1.0)
 _MAX_FORCE_CHANGE_M_S2: Final = 0.15
 """Change of the mean force of a second, m/s^2, of a body that does not tilt by a degree."""
@@ -31,7 +31,7 @@ def detect_steady_rate(gyro: Log, accel: Log) -> SteadyRate | None:
     """Return a rate beyond 10 deg/s that nothing but the gyro shows; None without one.
 
     Either it is a bias, or the body turns about the vertical, which no accelerometer shows. It says
-    nothing on units: those are judged by motion.
+    nothing on units: those are checked by motion.
 
     Parameters
     ----------

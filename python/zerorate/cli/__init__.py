@@ -71,7 +71,7 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _exit_code(error: BaseException) -> int:
-    """Print what ended a command, and return its exit code."""
+    """Print the reason for a command's end, and return its exit code."""
     from zerorate.cli.errors import Fault
 
     if isinstance(error, Fault):

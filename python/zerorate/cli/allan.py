@@ -8,11 +8,13 @@ from typing import Annotated, Any, ClassVar, Final, cast, get_args
 
 from zerorate.cli.errors import DataFault, UsageFault
 from zerorate.cli.options import (
+    EXPORT_PANEL,
     OUTPUT,
     RECORDING,
+    Doubtful,
     FigureFormat,
     Fix,
-    ForceExports,
+    Force,
     NoFigure,
     Output,
 )
@@ -52,18 +54,15 @@ _OVERLAY: Final = "allan-zerorate-overlay"
 
 _READING: Final = ReadingOptions(
     help={
-        "columns": "Names, or positions counted from 0 over all columns, e.g. gx,gy,gz. Default: "
-        "the columns named like a gyro or an accelerometer.",
-        "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; of the "
-        "accelerometer columns g or m/s^2; of both with a comma between: deg/s,g. Values are not "
-        "converted.",
-        "scale": "What the values of the gyros are multiplied by, e.g. 1/131 for raw counts, and "
-        "with a comma between those of the accelerometers: 1/131,1/16384. --unit says what they "
-        "are then.",
-        "device": "Sensor whose raw counts become deg/s and g by the numbers of its data sheet, "
-        "e.g. MPU-6050; with --range.",
-        "range": "Range that the gyro of --device was set to, deg/s, and that of the "
-        "accelerometer, g, e.g. 250,2.",
+        "columns": "Sensor columns, by name or position: gx,gy,gz. Positions count from 0 over "
+        "all columns. Default: the columns named like a gyro or an accelerometer.",
+        "unit": "Units of gyro and accelerometer, e.g. deg/s,g. Gyro: rad/s, deg/s or deg/h; "
+        "accelerometer: g or m/s^2. Needed if the columns' names lack them; values are "
+        "not converted.",
+        "scale": "Factors of gyro and accelerometer: 1/131,1/16384. The results are in --unit.",
+        "device": "Sensor of raw counts, e.g. MPU-6050; with --range. They become deg/s and g by "
+        "its data sheet.",
+        "range": "Ranges set on the --device, deg/s and g, e.g. 250,2.",
     }
 )
 
@@ -99,12 +98,10 @@ class _Analysis:
         metavar="TIMES",
         parse=_parse_taus,
     )
-    bridge: int = option(0, "Longest gap that is filled with a straight line, samples.")
-    confidence: float = option(
-        0.683, "Probability that the bounds hold the true deviation, 0 to 1."
-    )
-    markov: int = option(0, "Number of Markov terms, noise correlated over one time, to find.")
-    second_opinion: bool = option(True, "Estimate the coefficients from the spectrum as well.")
+    bridge: int = option(0, "Longest gap to fill with a straight line, samples.")
+    confidence: float = option(0.683, "Probability of the bounds, 0 to 1.")
+    markov: int = option(0, "Number of Gauss-Markov terms in the model.")
+    second_opinion: bool = option(True, "Do not estimate the noise from the spectrum, too.")
 
     fix: Fix = False
 
@@ -113,7 +110,7 @@ class _Analysis:
 class _Exports:
     """Options of files for other programs."""
 
-    panel: ClassVar = "Exports for other programs"
+    panel: ClassVar = EXPORT_PANEL
 
     export: str | None = option(
         None,
@@ -128,8 +125,13 @@ class _Exports:
         False, "For vins: deviations per sample, as its arithmetic takes them, not densities."
     )
 
+    bounds: bool = option(
+        True, "Export the upper bound of a number that the log does not determine."
+    )
+    doubtful: Doubtful = False
+
     def names(self) -> list[str]:
-        """Return which are wanted; ValueError for options that act on none of them."""
+        """Return the names of the exports; ValueError for options that none of them uses."""
         return parse_exports(self.export or (), self.inflate, self.per_sample)
 
 
@@ -145,7 +147,7 @@ class _Written:
     )
     figure_format: FigureFormat = None
     no_figure: NoFigure = False
-    force: ForceExports = False
+    force: Force = False
 
     def parts(
         self, logs: Sequence[Path], reading: Reading, exports: Sequence[str]
@@ -184,7 +186,8 @@ def allan(
     typed: dict[str, Any] = {
         "inflate": exports.inflate,
         "per_sample": exports.per_sample,
-        "forced": force,
+        "bounds": exports.bounds,
+        "doubtful": exports.doubtful,
     }
     results: dict[str, Characterised] = {}
     refused: list[str] = []
@@ -200,7 +203,7 @@ def allan(
         results[_unique(part.title(len(logs) > 1), results)] = result
         if len(logs) == 1:
             part.print_title()
-            print_result(result, files, _left_out(result, [] if force else [*texts]))
+            print_result(result, files, _left_out(result, [*texts], exports.bounds))
     if len(logs) > 1:
         logs_together = Characterisations(results)
         draw_overlay(logs_together, overlay, force)
@@ -214,9 +217,9 @@ def _unique(title: str, taken: Mapping[str, object]) -> str:
     return title if title not in taken else f"{title} ({len(taken) + 1})"
 
 
-def _left_out(result: Characterised, exports: Sequence[str]) -> str:
-    """Return which numbers the exports lack: after the notes, or a paragraph of its own."""
-    left_out = describe_missing_numbers(result, exports)
+def _left_out(result: Characterised, exports: Sequence[str], bounds: bool) -> str:
+    """Return the numbers that the log does not determine: after the notes, or a paragraph."""
+    left_out = describe_missing_numbers(result, exports, bounds)
     if not left_out:
         return ""
     return bullet_list(left_out) if result.notes else f"\n{bullet_list(left_out)}"

@@ -1,4 +1,4 @@
-"""The commands of the program: what help says of each, and how each is called."""
+"""The commands of the program: the help on each, and its call."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,7 +21,7 @@ class Command:
     Parameters
     ----------
     about : str
-        What it does, in the list of help.
+        Description, in the list of help.
     examples : sequence of str
         Lines to type.
     usual : str
@@ -42,8 +42,12 @@ COMMANDS: Final = {
         ("zerorate demo --device MPU-6050 -o demo",),
     ),
     "report": Command(
-        "Tell what is the matter with an IMU: a page of findings, with numbers and limits.",
-        ("zerorate report flight.ulg -o out",),
+        "Report on an IMU: a page of findings, with numbers and limits.",
+        (
+            "zerorate report flight.ulg -o out",
+            "zerorate report before.csv after.csv --unit deg/s,g",
+        ),
+        usual="-o --gnss --columns --unit --rate --device --range --start --stop --force",
     ),
     "replay": Command(
         "Remove the bias from one log: table, filtered log and figure.",
@@ -84,7 +88,7 @@ COMMANDS: Final = {
         },
     ),
     "batch": Command(
-        "Remove the bias from many logs, or find their noise; a summary tells which stand out.",
+        "Remove the bias from many logs, or find their noise; a summary names the outliers.",
         (
             "zerorate batch logs -o out",
             "zerorate batch 'logs/**/*.parquet' --command allan -o noise",
@@ -115,7 +119,7 @@ COMMANDS: Final = {
         "--export --force",
     ),
     "attitude": Command(
-        "Find which way a body points, from gyro, accelerometer and magnetometer.",
+        "Estimate the orientation of a body from gyro, accelerometer and magnetometer.",
         (
             "zerorate attitude imu.csv --unit deg/s,g --frame ned -o out",
             "zerorate attitude imu.csv --unit deg/s,g --reference truth.tum",
@@ -134,7 +138,7 @@ COMMANDS: Final = {
         renamed={"span": "--rest", "seconds": "--outages", "fixes": "their file after the log"},
     ),
     "walk": Command(
-        "Find where a sensor on a foot went, and its strides; no receiver is needed.",
+        "Find the track of a sensor on a foot, and its strides; no receiver is needed.",
         (
             "zerorate walk foot.csv --unit deg/s,g --floor level -o out",
             "zerorate walk foot.csv --smooth --at 48.137,11.575 --heading 90",
@@ -143,7 +147,7 @@ COMMANDS: Final = {
         "--no-figure --force",
     ),
     "formats": Command(
-        "List the formats that are read and written, or tell how a file is understood.",
+        "List the formats that are read and written, or explain how a file is read.",
         ("zerorate formats imu.csv",),
     ),
     "simulate": Command(
@@ -155,7 +159,7 @@ COMMANDS: Final = {
         ),
     ),
 }
-"""What a newcomer needs comes first."""
+"""In the order in which a new user needs them."""
 
 _ABOUT: Final = (
     "Removes the bias of MEMS gyros, live or from a log, measures their noise, calibrates them; "
@@ -171,7 +175,7 @@ _ALWAYS_RENAMED: Final[Mapping[str, str]] = {"destination": "-o"}
 
 
 def taker_of(name: str) -> Taker:
-    """Return what a command takes and runs, which is imported for it."""
+    """Return the parser and function of a command, which is imported for it."""
     return Taker(getattr(import_module(f"zerorate.cli.{name}"), name))
 
 
@@ -196,7 +200,7 @@ def invoke(arguments: list[str]) -> int:
 
 
 def _without_command(arguments: Sequence[str]) -> int:
-    """Print the version or what the program does; a usage fault for anything else."""
+    """Print the version or the overview; a usage fault for anything else."""
     called = next((word for word in arguments if not word.startswith("-")), "")
     if called == arguments[0]:
         raise UsageFault(unknown("command", called, [*COMMANDS], _hint("")))
@@ -210,12 +214,12 @@ def _without_command(arguments: Sequence[str]) -> int:
 
 
 def columns() -> int:
-    """Return how wide the terminal is; where there is none, as wide as tables are by themselves."""
+    """Return the width of the terminal; without one, the default width of tables."""
     return get_terminal_size((WIDTH, 24)).columns
 
 
 def _hint(name: str) -> Hint:
-    """Return what helps on with a command, or with the program."""
+    """Return the hint after an error: help and an example, of a command or of the program."""
     if name not in COMMANDS:
         return Hint("zerorate --help", COMMANDS["demo"].examples[0])
     return Hint(f"zerorate {name} --help", COMMANDS[name].examples[0])

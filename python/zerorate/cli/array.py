@@ -15,7 +15,7 @@ _PANEL: Final = "Several gyros of one body"
 _FIND: Final = "find"
 _WEIGHTS: Final = ("auto", "mean", "white")
 _LIMITS: Final = ("limit", "rest_limit", "bias_limit")
-"""Options of the filter that an array has, too, besides its method."""
+"""Options of the filter that an array has, too, apart from its method."""
 
 
 def _fusion_flag(name: str) -> str:
@@ -50,20 +50,20 @@ class OfArray:
 
     array: bool = option(
         False,
-        "Make one gyro of all gyros of the log, which belong to one body. Of --columns "
-        "three in a row are a sensor if they are named x, y, z.",
+        "Fuse all gyros of the log, which share one body. Of --columns three in a row are a "
+        "sensor if they are named x, y, z.",
     )
     rotations: str | None = option(
         None,
-        "From each sensor's axes to those of the body, and positions for accelerometers "
-        "(JSON); 'find' finds rotations from the log's motion and writes them. "
-        "Default: all are aligned.",
+        "Rotations of the sensors (JSON); or find them. 'find' estimates them from the log's "
+        "motion and writes them; the file may hold positions for accelerometers. Default: all "
+        "sensors are aligned.",
         metavar="FILE",
     )
     weights: str | Sequence[float] | None = option(
         None,
-        "How much each sensor counts: auto (by noise at rest, by scale errors in motion), "
-        "mean (alike), white (by white noise), or numbers, e.g. 0.5,0.3,0.2. Default: auto.",
+        "Weights: auto, mean, white, or numbers: 0.5,0.3,0.2. auto weighs by noise at rest and "
+        "by scale errors in motion, mean equally, white by white noise. Default: auto.",
         metavar="WORD",
         parse=_parse_weights,
     )
@@ -95,7 +95,7 @@ class OfArray:
 
 
 def check_alone(options: Mapping[str, Any], **typed: bool) -> None:
-    """Raise a usage fault for what means nothing where one gyro is made of many."""
+    """Raise a usage fault for options without meaning for an array."""
     others = [flag(name) for name in options if name not in ("method", *_LIMITS)]
     others += ["--method"] if options["method"] != "auto" else []
     others += [own_flag(name) for name, given in typed.items() if given]

@@ -1,4 +1,4 @@
-"""``zerorate attitude``: which way a body points, from a log of its sensors."""
+"""``zerorate attitude``: the orientation of a body, from a log of its sensors."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -10,6 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from zerorate.attitude.options import ATTITUDE_METHODS, ATTITUDE_OPTIONS
 from zerorate.cli.filter_options import TableOptions
 from zerorate.cli.options import (
+    OUTPUT,
     AccelName,
     CalibrationOption,
     ClippedOption,
@@ -38,44 +39,39 @@ class _Filter:
 
     frame: Frame | None = option(
         None,
-        "Axes of the earth: east, north, up; north, east, down; or north, west, up. "
-        "North is the magnetic one, unless --declination is given. By default ned for a log "
-        "whose axes are known to point forward, right, down, as those of a PX4; else enu.",
+        "Axes of the earth. enu: east, north, up; ned: north, east, down; nwu: north, west, up. "
+        "North is magnetic unless --declination is given. Default: ned for a log whose axes "
+        "point forward, right, down, such as a PX4's; else enu.",
     )
-    method: str = option(
-        "auto", "How it is found. Auto needs no settings.", choices=ATTITUDE_METHODS
-    )
-    offline: bool = option(
-        False, "See each sample in the light of the whole log, also of what comes later."
-    )
+    method: str = option("auto", "Method; auto needs no settings.", choices=ATTITUDE_METHODS)
+    offline: bool = option(False, "Smooth: use later samples too (forward-backward).")
     mag: bool = option(
         True,
-        "Leave out the magnetometer: the heading is then against the start, and drifts.",
+        "Ignore the magnetometer; the heading then drifts. It is relative to the start.",
         "--no-mag",
     )
     learn_magnetometer: bool = option(
         False,
-        "Learn the magnetometer's hard iron from the motion, as a live filter can; "
-        "of a log zerorate calibrate --magnetometer knows more.",
+        "Learn the magnetometer's hard iron from the motion. For a log zerorate calibrate "
+        "--magnetometer is more precise.",
     )
     declination: float = option(
         0.0,
-        "How far magnetic north lies east of true north, deg, at the place: north is then "
-        "the true one.",
+        "Declination: magnetic north east of true north, deg. North is then true north.",
         metavar="DEG",
         shown="",
         convert=math.radians,
     )
     at: Sequence[float] | None = option(
         None,
-        "The place, deg, in place of --declination: that of the World Magnetic Model.",
+        "Place, deg, for the declination by the WMM.",
         metavar="LAT,LON",
         parse=parse_place,
     )
     bias_limit: float | None = option(
         None,
-        "The largest bias that such a gyro has, deg/s: a steadier rate beyond is a turn, "
-        "never a rest. Default 10.",
+        "Largest possible bias, deg/s. Default 10. A steadier rate beyond is a rotation, never a "
+        "rest.",
         metavar="DEG/S",
         min=0.0,
         convert=partial(convert, from_unit="deg/s", to_unit="rad/s"),
@@ -90,21 +86,19 @@ class _Truth:
 
     reference: str | None = option(
         None,
-        "True orientation, from sensor to earth, to tell the errors by: a file of TUM's "
-        "text or EuRoC's table on the clock of the log, or four columns w,x,y,z of the log. "
-        "Default: its columns named like one, such as ref_quat_w.",
+        "Ground truth to compare with: a TUM or EuRoC file. On the log's clock, from sensor to "
+        "earth; or four columns w,x,y,z of the log. Default: its columns named like one, such as "
+        "ref_quat_w.",
         metavar="FILE",
     )
     reference_heading: Literal["aligned", "absolute", "relative"] | None = option(
         None,
-        "How headings are compared: aligned, turned to fit best, as is usual for a file, "
-        "whose north is its own; absolute, by the reference's north; relative, to the first "
-        "sample, as is usual without a magnetometer.",
+        "Comparison of headings. aligned: rotated to fit best, usual for a file with its own "
+        "north; absolute: by the reference's north; relative: to the first sample, usual without "
+        "a magnetometer.",
     )
     reference_offset: ReferenceOffset = 0.0
-    reference_frame: Frame | None = option(
-        None, "Axes of the earth that the reference is to; by default those of --frame."
-    )
+    reference_frame: Frame | None = option(None, "Earth axes of the reference; by default --frame.")
 
 
 def attitude(
@@ -119,8 +113,8 @@ def attitude(
     magnetometer: Annotated[
         Path | None,
         Option(
-            "Take hard and soft iron off the magnetometer first, by this calibration (JSON of "
-            "zerorate calibrate --magnetometer).",
+            "Correct the magnetometer first by this calibration. JSON of zerorate calibrate "
+            "--magnetometer.",
             metavar="MAG",
             panel=PANEL,
         ),
@@ -130,20 +124,24 @@ def attitude(
     fix: Fix = False,
     written: LogAndFigure,
     tum: Tum = False,
+    view: Annotated[
+        bool,
+        Option("Write a page that shows the body in 3D, with a slider for the time.", panel=OUTPUT),
+    ] = False,
 ) -> None:
-    """Find which way a body points, from gyro, accelerometer and, if there is one, magnetometer.
+    """Estimate the orientation of a body from gyro, accelerometer and, if present, magnetometer.
 
     Writes quaternion and Euler angles with their standard deviations, rest, magnetic disturbance
-    and what was learned of the gyro; prints a table, with the errors where the log has a reference.
+    and the learned errors of the gyro; prints a table, with errors if there is a reference.
     """
     place = written.place(f"{log.stem}-zerorate-attitude")
-    files = partial(written.at, others=(".tum",) if tum else ())
+    files = partial(written.at, others=[*([".tum"] if tum else []), *([".html"] if view else [])])
     parts = parts_of([(log, place)], reading, files, calibration, magnetometer)
     written.preload("attitude_figure")
     arguments = {**vars(filter), **vars(truth), **constants, **reading.arguments}
     task = partial(
-        estimate_attitude, gyro=gyro or "gyro", accel=accel, calibration=calibration,
+        estimate_attitude, gyro=gyro, accel=accel, calibration=calibration,
         magnetometer=magnetometer, clipped=clipped, fix=fix, **arguments,
     )  # fmt: skip
     for part in parts:
-        print_result(*part.run(task, tum=tum))
+        print_result(*part.run(task, tum=tum, view=view))

@@ -20,53 +20,49 @@ _WHERE: Final = "Where it runs"
 _READING: Final = ReadingOptions(
     without=("group_by",),
     help={
-        "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; for "
-        "--command allan or report and for --calibration also of the accelerometers: deg/s,g. "
-        "Values are not converted."
+        "unit": "Unit of the gyro: rad/s, deg/s or deg/h. Needed if the columns' names lack it; "
+        "values are not converted. For --command allan or report and for --calibration "
+        "with that of the accelerometer: deg/s,g."
     },
 )
 
 
 def batch(
     *,
-    logs: Annotated[list[str], Argument("Folders, logs, or patterns such as 'logs/**/*.parquet'.")],
+    logs: Annotated[list[str], Argument("Folders, logs, or patterns: 'logs/**/*.parquet'.")],
     output: Annotated[Path, Option("Folder of the results.", "-o --output", metavar="FOLDER")],
     command: Annotated[
         Literal["replay", "allan", "report"],
-        Option(
-            "Filter each log (replay), find its noise (allan), or tell what is seen of its "
-            "IMU (report)."
-        ),
+        Option("Filter (replay), measure noise (allan), or report."),
     ] = "replay",
-    report: Annotated[
-        bool, Option("The same as --command report: a page a log, and overview.html of all.")
-    ] = False,
+    report: Annotated[bool, Option("Same as --command report, with an overview.html.")] = False,
     workers: Annotated[
-        int | None, Option("Processes; one a core if not said.", metavar="N", panel=_WHERE)
+        int | None, Option("Number of processes. Default: one a core.", metavar="N", panel=_WHERE)
     ] = None,
     local_cluster: Annotated[
-        int | None, Option("N Dask workers on this machine instead.", metavar="N", panel=_WHERE)
+        int | None, Option("Use N Dask workers on this machine.", metavar="N", panel=_WHERE)
     ] = None,
     scheduler: Annotated[
-        str | None, Option("Workers of a Dask scheduler instead.", metavar="ADDRESS", panel=_WHERE)
+        str | None,
+        Option("Use the workers of this Dask scheduler.", metavar="ADDRESS", panel=_WHERE),
     ] = None,
     reading: Annotated[Reading, _READING],
     options: FilterOptions,
     format: Annotated[
-        str | None, Option("Of the filtered logs; parquet if not said.", choices=LOG_FORMATS)
+        str | None, Option("Format of the filtered logs. Default: parquet.", choices=LOG_FORMATS)
     ] = None,
     calibration: Annotated[
         Path | None,
         Option(
-            "Correct the gyro of each log by this calibration first (JSON of zerorate "
-            "calibrate), and by the log's accelerometer, if it has one.",
+            "Apply this calibration first (zerorate calibrate). With a log's accelerometer, if "
+            "any, the g-sensitivity is corrected, too.",
             metavar="CAL",
         ),
     ] = None,
     no_accel: NoAccel = False,
-    force: Annotated[bool, Option("Do finished logs again.")] = False,
+    force: Annotated[bool, Option("Process finished logs again.")] = False,
 ) -> None:
-    """Filter many logs, find their noise, or report on them; what is finished is not redone."""
+    """Filter many logs, find their noise, or report on them; finished logs are not redone."""
     if report and command == "allan":
         raise UsageFault("--report is --command report: leave --command allan out")
     command = "report" if report else command

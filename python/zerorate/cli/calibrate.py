@@ -12,11 +12,13 @@ from zerorate.cli.filter_options import TableOptions, own_flag
 from zerorate.cli.magnetometer import OPTIONS as OF_MAGNETOMETER
 from zerorate.cli.magnetometer import Magnetometer, calibrate_compass
 from zerorate.cli.options import (
+    EXPORT_PANEL,
     AccelName,
+    Doubtful,
     FigureFormat,
     FigurePanels,
     Fix,
-    ForceExports,
+    Force,
     GyroName,
     LogArgument,
     NoFigure,
@@ -62,7 +64,7 @@ def calibrate(
     temperature: Annotated[
         bool,
         Option(
-            "Add a model of the gyro's bias by temperature, from the rests of the same log.",
+            "Model the bias by temperature, from the same rests.",
             panel=_FIT,
         ),
     ] = False,
@@ -71,7 +73,7 @@ def calibrate(
     compare: Annotated[
         Path | None,
         Option(
-            "An earlier calibration (JSON): how far each parameter has moved.",
+            "Compare with an earlier calibration (JSON).",
             metavar="OLD",
             panel=_FIT,
         ),
@@ -79,23 +81,20 @@ def calibrate(
     export: Annotated[
         Sequence[str],
         Option(
-            "Files for other programs: some of kalibr,imu_tk,px4,ardupilot. The JSON is "
-            "always written.",
-            panel="Exports for other programs",
+            "Files for kalibr,imu_tk,px4,ardupilot (any of them). The JSON is always written.",
+            panel=EXPORT_PANEL,
             parse=partial(parse_choices, choices=tuple(EXPORTS)),
         ),
     ] = (),
     apply: Annotated[
         Path | None,
-        Option(
-            "Correct the log by this calibration (JSON), and write it.", metavar="CAL", panel=_APPLY
-        ),
+        Option("Correct the log by this calibration and write it.", metavar="CAL", panel=_APPLY),
     ] = None,
     fix: Fix = False,
     format: Annotated[
         str | None,
         Option(
-            "File format of the corrected log; else the suffix of -o, or parquet.",
+            "Log format; by default the suffix of -o, or parquet.",
             choices=LOG_FORMATS,
             panel=_APPLY,
         ),
@@ -103,19 +102,20 @@ def calibrate(
     figure_format: FigureFormat = None,
     figure: FigurePanels = "usual",
     no_figure: NoFigure = False,
-    force: ForceExports = False,
+    doubtful: Doubtful = False,
+    force: Force = False,
     typed: Annotated[Typed, AsTyped()],
 ) -> None:
     """Calibrate an IMU from one log of hand turns: rests in a dozen poses, and turns between them.
 
-    Prints every number with its error, and whether the calibration is valid (exit 1 if not); writes
-    it as JSON, a figure, and what is exported. With --apply, corrects a log instead; with
+    Prints every number with its standard error, and the verdict on the calibration (exit 1 if it is
+    not valid); writes JSON, a figure, and exports. With --apply, corrects a log instead; with
     --magnetometer, calibrates a compass from any motion.
     """
     if compass.magnetometer:
         _check_alone(typed, "--magnetometer", OF_MAGNETOMETER)
         outline = (output, figure_format, no_figure, force)
-        calibrate_compass(log, reading, compass, gyro, export, *outline)
+        calibrate_compass(log, reading, compass, gyro, export, *outline, doubtful)
         return
     compass.check_unused()
     if apply is not None:
@@ -140,11 +140,11 @@ def calibrate(
     )  # fmt: skip
     invalid = []
     for part in parts_of([(log, place)], reading, files, compare):
-        saved = {"exports": export, "doubtful": force, "panels": panels}
+        saved = {"exports": export, "doubtful": doubtful, "panels": panels}
         result, paths = part.run(task, 0.7, **saved)
         print_result(result, paths, _moved(result, old))
         if not result.valid:
-            without = "" if force else _unwritten(export)
+            without = "" if doubtful else _unwritten(export)
             invalid.append(f"{part.name}: {describe_verdict(result)}{without}")
     if invalid:
         raise DataFault("; ".join(invalid))
@@ -160,7 +160,7 @@ def _correct(
     format: str | None,
     force: bool,
 ) -> None:
-    """Write a log without what a calibration has found."""
+    """Write a log, corrected by a calibration."""
     known = calibration_of(calibration)
     place = Destination.of(output, f"{log.stem}-zerorate-calibrated", LOG_FORMATS)
     suffix = log_ending(place, format)
@@ -186,7 +186,7 @@ def _check_alone(typed: Typed, context: str, used: Sequence[str]) -> None:
 
 
 def _moved(calibration: Calibration, old: Calibration | None) -> str:
-    """Return how far each parameter has moved since an earlier calibration, if there is one."""
+    """Return the change of each parameter since an earlier calibration, if there is one."""
     if old is None:
         return ""
     return (
@@ -195,6 +195,6 @@ def _moved(calibration: Calibration, old: Calibration | None) -> str:
 
 
 def _unwritten(exports: Sequence[str]) -> str:
-    """Return what a calibration that is not valid leaves unwritten."""
+    """Return the exports that are not written since the calibration is not valid."""
     names = ", ".join(export for export in exports if EXPORTS[export])
-    return f": no export to {names}, unless with --force" if names else ""
+    return f": no export to {names}, unless with --doubtful" if names else ""

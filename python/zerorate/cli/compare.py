@@ -27,36 +27,36 @@ def _parse_attitude(flag: str, text: str) -> list[str]:
 
 @dataclass(frozen=True)
 class _Compared:
-    """Options of what is compared, and against what, named as arguments of `zerorate.compare`."""
+    """Options of the subject of a comparison, named as arguments of `zerorate.compare`."""
 
-    simulated: bool = option(False, "Also simulated gyros, whose best filter is known.")
+    simulated: bool = option(False, "Add simulated gyros, whose best filter is known.")
     reference: str | None = option(None, "Column of an encoder's angle or of a true rate.")
     quaternion: Sequence[str] | None = option(
         None, "Columns w,x,y,z of the true orientation.", parse=parse_words
     )
-    seeds: int = option(12, "Simulated records of each gyro.")
+    seeds: int = option(12, "Simulated records per gyro.")
     methods: Sequence[str] = option(
         METHODS,
-        "With commas between. NAME=MODULE:FUNCTION adds a method of your own, from a "
-        "Python file in this folder: FUNCTION(z, rate) returns the bias after each sample. "
-        "After a name +hold learns at rest only, +reject rejects outliers.",
+        "Methods, with commas; NAME=MODULE:FUNCTION adds yours. FUNCTION(z, rate), from a Python "
+        "file in this folder, returns the bias after each sample. After a name +hold learns at "
+        "rest only, +reject rejects outliers.",
         metavar="NAMES",
         parse=parse_words,
     )
     contaminate: list[str] | None = option(
         None,
-        "Also with faults in the records, e.g. share=0.01,size=100,one-sided "
-        "(in deviations), burst=20,size=30 (a minute) or stuck=10,at-zero (s); repeatable.",
+        "Add faults to the records, e.g. stuck=10,at-zero. Or share=0.01,size=100,one-sided (in "
+        "standard deviations) or burst=20,size=30 (a minute); repeatable.",
         metavar="FAULTS",
     )
     attitude: Sequence[str] = option(
         ATTITUDE_METHODS,
-        "Filters of attitude, for logs with an accelerometer and the true orientation; "
-        "those of other packages where they are installed. none: no table of them.",
+        "Attitude filters, for logs with a true orientation. Those of other packages need their "
+        "installation; none: no table of them.",
         metavar="NAMES",
         parse=_parse_attitude,
     )
-    frame: str = option("enu", "Of the true orientation: enu, ned or nwu.")
+    frame: str = option("enu", "Earth axes of --quaternion: enu, ned or nwu.")
 
 
 @dataclass(frozen=True)
@@ -67,18 +67,18 @@ class _Written:
 
     output: str | None = option(
         None,
-        "Folder for all numbers (JSON) and a figure of each table, or the name of one of "
-        "them; without it nothing is written.",
+        "Folder for numbers (JSON) and figures. Or the name of one of them; without it nothing "
+        "is written.",
         "-o --output",
         metavar="PATH",
     )
     figure_format: FigureFormat = None
     no_figure: NoFigure = False
-    json: Path | None = option(None, "Write all numbers into this file.", metavar="FILE")
+    json: Path | None = option(None, "File for all numbers.", metavar="FILE")
     force: Force = False
 
     def place(self) -> Destination | None:
-        """Return where numbers and figures go; a usage fault for what means nothing without."""
+        """Return the destination of numbers and figures; a usage fault for unused options."""
         if self.output is not None:
             if not self.no_figure:
                 require("matplotlib", "plot")
@@ -105,10 +105,10 @@ def compare(
     compared: _Compared,
     reading: Annotated[Reading, ReadingOptions()],
     fix: Fix = False,
-    per_axis: Annotated[bool, Option("A table of every axis.")] = False,
+    per_axis: Annotated[bool, Option("Print a table of every axis.")] = False,
     written: _Written,
 ) -> None:
-    """Compare filters on logs by what they cost their user, at rest and in motion."""
+    """Compare filters on logs by the cost of their errors, at rest and in motion."""
     if not logs and not compared.simulated:
         raise UsageFault("give at least one log, or --simulated")
     # A method of one's own is looked for in the working folder, too.

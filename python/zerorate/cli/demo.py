@@ -17,9 +17,7 @@ from zerorate.tasks.simulate import DURATION_S, simulated_demo
 
 
 def demo(
-    device: Annotated[
-        str, Option("Gyro to simulate; zerorate simulate --list shows all.")
-    ] = "MPU-6050",
+    device: Annotated[str, Option("Gyro; zerorate simulate --list shows all.")] = "MPU-6050",
     duration: Duration = DURATION_S,
     rate: SimulatedRate = 100.0,
     seed: Seed = 1,
@@ -28,7 +26,7 @@ def demo(
 ) -> None:
     """Try it without a sensor: simulate a gyro at rest on three axes and remove its bias.
 
-    Prints how well each method does, and writes the filtered log and a figure.
+    Prints the errors of each method, and writes the filtered log and a figure.
     """
     gyro = find_device(device)
     written = LogAndFigure(output, force=force)
@@ -46,16 +44,17 @@ def demo(
 
 
 def _guide(result: Replay, outputs: Outputs) -> str:
-    """Return what was written and what to look at, as a reader of the first run needs it."""
-    errors = [score.error for score in result.scores if score.method == result.method]
+    """Return a guide to the files that were written, for a reader's first run."""
+    assert result.error_at_end is not None
+    error = float(np.abs(result.error_at_end).max())
     biases = np.abs([score.mean for score in result.scores if score.method == "raw"])
     sentences = (
         f"What you see: the simulated gyro has a bias of up to {max(biases):.2g} deg/s. The method "
-        f"{result.method} found it to within {max(errors):.2g} deg/s (RMS, the column 'true "
-        "error').",
+        f"{result.method} is off by {error:.2g} deg/s at the end at most (the column 'error at the "
+        "end'); 'true error' of the second table is RMS over the log.",
         f"Look at {outputs.figures[0]}: raw samples on top, below the bias of each axis with its "
-        "uncertainty.",
-        f"{outputs.log} is the filtered log: raw minus bias, with the bias beside it.",
+        "uncertainty and the true bias, dashed.",
+        f"{outputs.log} is the filtered log: raw minus bias, and the bias in columns of its own.",
         "Next: zerorate replay LOG does the same with a log of yours.",
     )
     return "\n".join(map(wrap_prose, sentences))

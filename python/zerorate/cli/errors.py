@@ -25,19 +25,19 @@ class DataFault(Fault):
 
 
 class UsageFault(Fault):
-    """What was typed is at fault."""
+    """A fault of the command line."""
 
     code = 2
 
 
 def sentence(error: BaseException) -> str:
-    """Return what an error says, with the options of the command that runs for its arguments."""
+    """Return the sentence of an error, with the command's options for names of arguments."""
     return render_text(sentence_of(error))
 
 
 @contextmanager
 def faults() -> Iterator[None]:
-    """Turn what a task raises into faults: of the data, or of what was typed.
+    """Turn errors of a task into faults: of the data, or of the command line.
 
     What contradicts a recording, and may be the cause, is printed before.
     """
@@ -64,7 +64,7 @@ def _log_errors() -> "tuple[type[LogError], ...]":
 
 
 def print_alarms(alarms: Sequence[str]) -> None:
-    """Print what contradicts a recording, and an empty line; nothing if nothing does."""
+    """Print the contradictions in a recording, and an empty line; nothing if there are none."""
     if alarms:
         print("\n".join(map(render_text, alarms)), end="\n\n")
 
@@ -91,7 +91,7 @@ def require(module: str, extra: str) -> None:
 
 
 def of_a_file(error: OSError) -> str:
-    """Return what the system says of a file, without a number that means nothing to its user."""
+    """Return the system's message on a file, without the number of the error."""
     if error.strerror is None:
         return sentence(error)
     return (

@@ -38,12 +38,12 @@ _FLAGS: Final = {
 
 
 def own_flag(name: str) -> str:
-    """Return how an option is called that has the same name in Python."""
+    """Return the flag of an option that has the same name in Python."""
     return f"--{name.replace('_', '-')}"
 
 
 def flag(name: str) -> str:
-    """Return how an option of the drift filter is called on the command line."""
+    """Return the flag of an option of the drift filter."""
     return _FLAGS.get(name, own_flag(name))
 
 
@@ -128,7 +128,7 @@ def _option(row: Row, flag: str, panel: str) -> Option:
 
 
 def _help(row: Row) -> str:
-    """Return what an option means and takes: a choice shows that by itself."""
+    """Return the meaning of an option and the values it takes: a choice lists them itself."""
     meaning = f"{row.meaning[0].upper()}{row.meaning[1:]}."
     if row.kind in ("choice", "word or flag"):
         return meaning

@@ -1,4 +1,4 @@
-"""``zerorate formats``: what is read and written, and what a file is taken for."""
+"""``zerorate formats``: formats that are read and written, and explanation of a file."""
 
 from pathlib import Path
 from typing import Annotated, Final
@@ -14,16 +14,18 @@ from zerorate.io.packets import PACKETS
 from zerorate.show.formats_table import format_explanation, format_formats
 
 _OPTIONS: Final = {name: own_flag(name) for name in READING}
-"""What the commands call arguments that read the file."""
+"""Flags of the arguments that read the file."""
 
 
 def formats(
-    log: Annotated[Path | None, Argument("A recording, to tell what it is taken for.")] = None,
+    log: Annotated[
+        Path | None, Argument("Recording to explain: its format and its columns.")
+    ] = None,
 ) -> None:
-    """List the formats that are read and written, or tell how a file is understood.
+    """List the formats that are read and written, or explain how a file is read.
 
-    With a file: how its format was recognised, what each of its columns is taken for, and what is
-    read of it.
+    With a file: the evidence for its format, the meaning of each of its columns, and the logs that
+    are read from it.
     """
     if log is None:
         fixes = list_formats(RECEIVERS.values())

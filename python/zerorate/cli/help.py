@@ -1,6 +1,6 @@
-"""Help on a command: an example, what people use most, and by ``--help-all`` everything in groups.
+"""Help on a command: examples, its usual options, and by ``--help-all`` all of them in groups.
 
-Made of what the commands take, in letters alone, as wide as the terminal.
+Made from the commands' options, as plain text, as wide as the terminal.
 """
 
 import inspect
@@ -26,7 +26,7 @@ def is_wanted(words: Sequence[str]) -> bool:
 
 
 def overview(commands: Mapping[str, str], about: str, epilog: str) -> str:
-    """Return what the program does, and a line a command."""
+    """Return the description of the program, with one line for each command."""
     lines = [_filled(f"zerorate: {about}"), "", "Usage: zerorate COMMAND ...", ""]
     for name, what in commands.items():
         lines += _row(name, what, 10)
@@ -42,24 +42,24 @@ def of_command(
     Parameters
     ----------
     name : str
-        What it is called.
+        Its name.
     taker : Taker
-        What it takes and runs.
+        Its parser and function.
     examples : sequence of str
-        Lines to type.
+        Lines to type; the first one is to begin with.
     usual : str
         Options that a short help lists, with blanks between; all if empty.
     everything : bool
-        List all options, with all that is said of them.
+        List all options, with their complete texts.
     """
     taken = [*taker.options()]
     arguments = [one for one in taken if isinstance(one, Argument)]
     options = [one for one in taken if one not in arguments]
     about, _, further = (inspect.getdoc(taker.takes) or "").partition("\n\n")
-    parts = [
-        _filled(f"zerorate {name}: {_joined(about)}"),
-        "\n".join(("Examples", *(f"{_GAP}{one}" for one in examples))),
-    ]
+    first, *more = (f"{_GAP}{one}" for one in examples)
+    parts = [_filled(f"zerorate {name}: {_joined(about)}"), f"Begin with\n{first}"]
+    if more:
+        parts.append("\n".join(("More examples", *more)))
     if everything and further:
         parts.append("\n\n".join(_filled(_joined(one)) for one in further.split("\n\n")))
     usage = " ".join((f"zerorate {name}", *(one.typed for one in arguments), "[OPTIONS]"))
@@ -85,7 +85,7 @@ def _block(title: str, options: Sequence[Option], everything: bool) -> str:
 
 
 def _row(first: str, text: str, column: int) -> Iterator[str]:
-    """Yield the lines of a row: what is too long for the first column has a line of its own."""
+    """Yield the lines of a row: a text too long for the first column has a line of its own."""
     indent = " " * (column + 2 * len(_GAP))
     room = min(width(), WIDTH) - len(indent)
     wrapped = textwrap.wrap(text, room, break_on_hyphens=False, break_long_words=False) or [""]

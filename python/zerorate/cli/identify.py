@@ -35,40 +35,36 @@ class _Model:
 
     order: tuple[int, int] | None = option(
         None,
-        "Take this order of the ARMA model, p autoregressive and q moving-average terms, "
-        "instead of choosing one.",
+        "Use this ARMA order: p AR terms and q MA terms.",
         metavar="P,Q",
         parse=_parse_order,
     )
-    criterion: Criterion = option("aic", "Criterion that chooses the order.")
-    max_order: int = option(10, "Largest AR order that is tried.", metavar="P")
+    criterion: Criterion = option("aic", "Criterion for the order.")
+    max_order: int = option(10, "Largest AR order to try.", metavar="P")
     estimator: Literal["css", "exact"] = option(
         "css",
-        "How the ARMA model is estimated: css, the conditional sum of squares, is fast; "
-        "exact, the likelihood, bridges missing samples. On long records they differ little.",
+        "Estimator of the ARMA model: css (fast) or exact. exact, by the likelihood, bridges "
+        "missing samples. On long records they differ little.",
     )
-    segments: int = option(
-        100, "Parts of the record that the tests of stationarity compare.", metavar="N"
-    )
+    segments: int = option(100, "Parts compared by the tests of stationarity.", metavar="N")
 
 
 @dataclass(frozen=True)
 class _Before:
-    """Options of what is done to the record first, named as arguments of `zerorate.identify`."""
+    """Options of the preprocessing of a record, named as arguments of `zerorate.identify`."""
 
     panel: ClassVar = "Before the model: what is done to the record"
 
     outliers: Literal["hampel", "moving-average"] | None = option(
         None,
-        "How outliers are replaced: by the median of their neighbours (hampel), or by a "
-        "moving average.",
+        "Replace outliers: by a median or a moving average.",
         shown="none",
         choices=("none", "hampel", "moving-average"),
         parse=_parse_none,
     )
     smooth: int = option(
         1,
-        "Moving average over so many samples first, as some papers do; it changes the model.",
+        "Moving average over N samples first. Some papers do so; it changes the model.",
         metavar="N",
     )
     decimate: int = option(1, "Keep every N-th sample, after a low-pass.", metavar="N")

@@ -35,6 +35,7 @@ OPTIONS: Final = (
     "figure_format",
     "no_figure",
     "force",
+    "doubtful",
     *READING,
 )
 """Those of the command that act on it."""
@@ -48,28 +49,27 @@ class Magnetometer:
 
     magnetometer: bool = option(
         False,
-        "Calibrate the magnetometer: its hard and soft iron, by what the gyro tells of "
-        "ordinary motion.",
+        "Calibrate the magnetometer by gyro and motion. The result is its hard and soft iron.",
     )
     field: float | None = option(
         None,
-        "Size of the field at the place, uT: a result that cannot be of there is refused.",
+        "Local field strength, uT. An impossible result is refused.",
         metavar="UT",
     )
     dip: float | None = option(
         None,
-        "The same of its angle below the level, deg; negative in the south.",
+        "Local field angle below the level, deg. Negative in the south.",
         metavar="DEG",
         convert=math.radians,
     )
     at: tuple[float, ...] | None = option(
         None,
-        "The place, deg: field and dip by the World Magnetic Model. Default that of the "
-        "log's positions.",
+        "Place, deg, for the World Magnetic Model. It gives field and dip. Default: the first of "
+        "the log's positions.",
         metavar="LAT,LON",
         parse=parse_place_of_field,
     )
-    one_iron: bool = option(False, "Nobody touched the device: one hard iron for the whole log.")
+    one_iron: bool = option(False, "Assume one hard iron for the whole log.")
 
     def arguments(self) -> dict[str, Any]:
         """Return those of `zerorate.calibrate_magnetometer`."""
@@ -92,8 +92,9 @@ def calibrate_compass(
     figure_format: str | None,
     no_figure: bool,
     force: bool,
+    doubtful: bool,
 ) -> None:
-    """Calibrate the magnetometer of each record in a log, print and write what was found."""
+    """Calibrate the magnetometer of each record in a log, print and write the results."""
     check_exports(exports, MAGNETOMETER_EXPORTS)
     suffixes = ["json", *(() if no_figure else FIGURE_FORMATS)]
     place = Destination.of(output, f"{log.stem}-zerorate-magnetometer", suffixes)
@@ -102,11 +103,11 @@ def calibrate_compass(
         preload_figure("magnetometer_figure")
     endings = [ending for export in exports for ending in EXPORTS[export]]
     files = partial(Destination.files, first=".json", others=endings, figures=figures, force=force)
-    arguments = {"gyro": gyro or "gyro", **compass.arguments(), **reading.arguments}
+    arguments = {"gyro": gyro, **compass.arguments(), **reading.arguments}
     useless = []
     for part in parts_of([(log, place)], reading, files):
         task = partial(calibrate_magnetometer, **arguments)
-        result, _ = part.run(task, 0.7, exports=exports, doubtful=force)
+        result, _ = part.run(task, 0.7, exports=exports, doubtful=doubtful)
         print_result(result, part.files.paths)
         useless += [f"{part.name}: {why}" for why in unusable(result)]
     if useless:

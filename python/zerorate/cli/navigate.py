@@ -17,7 +17,7 @@ from zerorate.cli.options import (
     ReferenceOffset,
     Tum,
 )
-from zerorate.cli.outputs import LogAndPanels, check_outputs, print_result, run_and_save
+from zerorate.cli.outputs import LogAndPanels, check_outputs, of_sensor, print_result, run_and_save
 from zerorate.cli.parameters import Argument, Option, option
 from zerorate.cli.reading import PANEL, Reading, ReadingOptions
 from zerorate.cli.values import parse_numbers
@@ -64,7 +64,7 @@ _PARSE_VECTOR: Final = partial(parse_numbers, count=3, expected="three numbers")
 
 
 def _parse_mount(_: str, text: str) -> Mounting | None:
-    """Return what is stated of the mounting; None for nothing, also not by the recording."""
+    """Return the stated mounting; None for none, also not that of the recording."""
     return None if text == _NONE else mounting_of(text)
 
 
@@ -99,97 +99,93 @@ class _Run:
 
     outages: Sequence[float] = option(
         (),
-        "Withhold fixes for so many seconds at a time, e.g. 10,30,60, and tell the error.",
+        "Withhold fixes for e.g. 10,30,60 s; print the errors.",
         metavar="S,S",
         parse=_parse_lengths,
     )
-    smooth: bool = option(
-        False, "See each sample in the light of all fixes, also of those that come later."
-    )
+    smooth: bool = option(False, "Smooth: use later fixes too (forward-backward pass).")
     heading: float | str | None = option(
         None,
-        "Heading at the start, deg from north over east; or 'course': the direction in "
-        "which the vehicle first moves. By default the motion tells it.",
+        "Initial heading, deg from north over east; or course. 'course' is the direction in "
+        "which the vehicle first moves. By default the motion determines it.",
         metavar="DEG",
         parse=_parse_heading,
     )
     rest: tuple[float, float] | None = option(
         None,
-        "When the vehicle rests at the start, s after the first sample. By default before "
-        "the receiver moves, if it rests for 3 s; else it starts in motion.",
+        "Rest at the start, s after the first sample. By default before the receiver moves, if "
+        "that rest lasts 3 s; else the start is in motion.",
         metavar="START,STOP",
         parse=_parse_span,
     )
     gyro_noise: Path | None = option(
         None,
-        "Noise of the gyro (JSON of NoiseModel, or of zerorate allan --export json). By "
-        "default that of a consumer sensor.",
+        "Gyro noise (JSON of zerorate allan --export json). By default that of a consumer sensor.",
         metavar="MODEL",
     )
     accel_noise: Path | None = option(
-        None, "Noise of the accelerometer, likewise.", metavar="MODEL"
+        None, "Accelerometer noise (JSON, likewise).", metavar="MODEL"
     )
     noise: Literal["auto", "stated"] = option(
         "auto",
-        "Process noise of the filter. auto: such that its errors without fixes are as large as "
-        "it says; models that are given are raised only. stated: as the models say.",
+        "Process noise. auto: fitted so that errors without fixes agree with their sigma; given "
+        "models are only raised. stated: as the models state.",
     )
 
 
 @dataclass(frozen=True)
 class _Body:
-    """Options of the vehicle, and of what it carries where."""
+    """Options of the vehicle, and of its sensors' positions."""
 
     panel: ClassVar = "The vehicle"
 
     vehicle: Literal["wheeled"] | None = option(
-        None, "Wheeled: it neither slips sideways nor leaves the ground."
+        None, "A wheeled vehicle does not slip sideways or jump."
     )
     axle: Sequence[float] | None = option(
         None,
-        "Of a wheeled vehicle: from the sensors to the axle that does not steer, m "
-        "forward, right, down.",
+        "Vector from the sensors to the unsteered axle, m. Forward, right, down; for --vehicle "
+        "wheeled.",
         metavar="X,Y,Z",
         parse=_PARSE_VECTOR,
     )
     wheel_speed: str | None = option(
         None,
-        "Column of the log with the speed of the wheels, m/s: of a vehicle on wheels, "
-        "whose scale and mounting are estimated.",
+        "Column of the wheels' speed, m/s. For a vehicle on wheels; their scale and mounting are "
+        "estimated.",
         metavar="COLUMN",
     )
     wheel_ticks: str | None = option(
         None,
-        "Column of the log with the ticks of a wheel so far, instead of its speed.",
+        "Column of a wheel's tick count, instead of its speed.",
         metavar="COLUMN",
     )
     tick: float | None = option(
         None,
-        "Of --wheel-ticks: metres a tick, to some percent. By default as the receiver's "
-        "speed tells it.",
+        "Metres a tick of --wheel-ticks, to some percent. By default by the receiver's speed.",
         metavar="M",
     )
     antenna: Sequence[float] | None = option(
         None,
-        "From the sensors to the antenna, m forward, right, down. By default as the "
-        "file's metadata say, or about 0,0,0. It is estimated: within --antenna-sigma, by "
-        "default 0.05 m where it is told and 1 m where it is not.",
+        "Vector from the sensors to the antenna, m. Forward, right, down. By default as in the "
+        "file's metadata, or about 0,0,0. It is estimated within --antenna-sigma, by default "
+        "0.05 m if it is stated and 1 m if not.",
         metavar="X,Y,Z",
         parse=_PARSE_VECTOR,
     )
     mount: Mounting | None = option(
         _BY_METADATA,
-        "Rotation from the axes of the sensors to forward, right, down: nine numbers row "
-        "by row, with commas, or a file with them or with metadata that say it; 'none' for "
-        "none. By default as the file's metadata say.",
+        "Rotation from the sensors to forward, right, down. Nine numbers row by row, with "
+        "commas, or a file with them or with metadata that state it; 'none' for none. By default "
+        "as in the file's metadata.",
         metavar="MATRIX",
         shown="",
         parse=_parse_mount,
     )
     time_offset: float | str | None = option(
         None,
-        "Added to the times of the fixes; or 'auto': as sensors and fixes fit best. By "
-        "default auto, searched from what the file's metadata say.",
+        "Seconds to add to the times of the fixes, or auto. auto, the default, finds the best "
+        "fit of sensors and fixes, near the offset in the file's metadata.",
         metavar="S",
         parse=_parse_offset,
     )
@@ -241,10 +237,11 @@ def navigate(
     """Find the track of a vehicle from gyro, accelerometer and the fixes of a receiver.
 
     Writes position, velocity, attitude and biases with their standard deviations, the track for
-    maps as GeoJSON and GPX, and a figure. Prints what became of the fixes, and with --outages how
-    far the track is off without them, next to a position and a velocity that are held.
+    maps as GeoJSON and GPX, and a figure. Prints the counts of used and rejected fixes, and with
+    --outages the errors of the track without them, compared with a position and a velocity that are
+    held.
     """
-    place = written.place(f"{log.stem}-zerorate-navigate", *_MAPS)
+    place = of_sensor(written.place(f"{log.stem}-zerorate-navigate", *_MAPS), reading)
     others = [f".{one}" for one in (*_MAPS, *(("tum",) if tum else ()))]
     outputs = written.at(place, others)
     check_outputs(outputs.paths, written.force, log, gnss, calibration)

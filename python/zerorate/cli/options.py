@@ -11,9 +11,11 @@ from zerorate.tasks.saving import FIGURE_FORMATS, LOG_FORMATS
 OUTPUT: Final = "Output"
 """The panel of help with the files that are written."""
 
+EXPORT_PANEL: Final = "Exports for other programs"
+
 RECORDING: Final = (
-    "Recording: csv, tsv, txt, npy, npz, parquet, arrow, feather, h5, mat, bag, mcap, ulg, "
-    "bin, log, tlog, mp4, bbl, or the folder of a ROS 2 bag."
+    "Recording, e.g. csv, parquet, ulg, mcap or bag. Also tsv, txt, npy, npz, arrow, feather, "
+    "h5, mat, bin, log, tlog, mp4, bbl, or the folder of a ROS 2 bag."
 )
 
 LogArgument: TypeAlias = Annotated[Path, Argument(RECORDING)]
@@ -21,25 +23,24 @@ LogArgument: TypeAlias = Annotated[Path, Argument(RECORDING)]
 GyroName: TypeAlias = Annotated[
     str | None,
     Option(
-        "Which gyro, where the log has several: gyro, gyro_1 and so on, in the order of the file.",
+        "Gyro to use, if the log has several: gyro, gyro_1. Numbers follow the order of the file.",
         panel=PANEL,
     ),
 ]
 AccelName: TypeAlias = Annotated[
-    str | None, Option("Which accelerometer; by default the one of the gyro.", panel=PANEL)
+    str | None, Option("Accelerometer; by default that of the gyro.", panel=PANEL)
 ]
 NoAccel: TypeAlias = Annotated[
     bool,
     Option(
-        "Leave an accelerometer alone that the log has beside its gyro; else no rate is taken "
-        "for a bias while it shows motion.",
+        "Ignore the accelerometer of the log. By default no bias is learned while it shows motion.",
         panel=PANEL,
     ),
 ]
 CalibrationOption: TypeAlias = Annotated[
     Path | None,
     Option(
-        "Correct gyro and accelerometer by this calibration first (JSON of zerorate calibrate).",
+        "Apply this calibration first (zerorate calibrate).",
         metavar="CAL",
         panel=PANEL,
     ),
@@ -47,24 +48,23 @@ CalibrationOption: TypeAlias = Annotated[
 Fix: TypeAlias = Annotated[
     bool,
     Option(
-        "Put right a unit or axes of the gyro that the motion contradicts, where it is sure "
-        "which are right; a note says what was done.",
+        "Correct a unit or axes that the motion contradicts. Only where the right ones are "
+        "certain; a note describes the correction.",
         panel=PANEL,
     ),
 ]
 ClippedOption: TypeAlias = Annotated[
     Clipped,
     Option(
-        "Rates that the gyro clipped at its range: auto restores them from their flanks where "
-        "nothing else explains them; restore where flanks promise more; or leave.",
+        "Clipped rates: restored from their flanks, or left. auto restores them where nothing "
+        "else explains them; restore wherever the flanks predict more.",
         panel=PANEL,
     ),
 ]
 ReferenceOffset: TypeAlias = Annotated[
     float,
     Option(
-        "Added to the times of the file of --reference, where its clock has another zero than "
-        "that of the log.",
+        "Seconds to add to the times of --reference.",
         metavar="S",
         shown="",
         panel=PANEL,
@@ -74,7 +74,7 @@ ReferenceOffset: TypeAlias = Annotated[
 Output: TypeAlias = Annotated[
     str,
     Option(
-        "Folder for the files, or the name of one of them; a missing folder is made.",
+        "Folder for the files, or the name of one of them. A missing folder is made.",
         "-o --output",
         metavar="PATH",
         panel=OUTPUT,
@@ -83,7 +83,7 @@ Output: TypeAlias = Annotated[
 LogFormat: TypeAlias = Annotated[
     str | None,
     Option(
-        "File format of the filtered log; else the suffix of -o, or parquet.",
+        "Log format; by default the suffix of -o, or parquet.",
         choices=LOG_FORMATS,
         panel=OUTPUT,
     ),
@@ -91,25 +91,24 @@ LogFormat: TypeAlias = Annotated[
 FigureFormat: TypeAlias = Annotated[
     str | None,
     Option(
-        "File format of the figure; else the suffix of -o, or png.",
+        "Figure format; by default the suffix of -o, or png.",
         choices=FIGURE_FORMATS,
         panel=OUTPUT,
     ),
 ]
 FigurePanels: TypeAlias = Annotated[
     Literal["usual", "all"],
-    Option("Panels of the figure: the usual ones, six at most, or all.", panel=OUTPUT),
+    Option("Panels: usual (six at most) or all.", panel=OUTPUT),
 ]
 NoFigure: TypeAlias = Annotated[bool, Option("Draw no figure.", panel=OUTPUT)]
 Tum: TypeAlias = Annotated[
-    bool, Option("Write the poses as TUM's text, too, which evo reads.", panel=OUTPUT)
+    bool, Option("Write the poses as a TUM trajectory, too (for evo).", panel=OUTPUT)
 ]
 Force: TypeAlias = Annotated[bool, Option("Replace existing files.", panel=OUTPUT)]
-ForceExports: TypeAlias = Annotated[
+Doubtful: TypeAlias = Annotated[
     bool,
     Option(
-        "Replace existing files; and export numbers that the log does not bear out, with a "
-        "warning in the file.",
-        panel=OUTPUT,
+        "Export numbers that the log does not bear out, with a warning in the file.",
+        panel=EXPORT_PANEL,
     ),
 ]

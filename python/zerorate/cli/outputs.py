@@ -1,4 +1,4 @@
-"""What a command prints and writes: progress, results, and files that are all whole or none."""
+"""Output of a command: progress, results, and files that are all whole or none."""
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -26,7 +26,7 @@ from zerorate.tasks.saving import (
     figure_writer,
     files_of,
 )
-from zerorate.tasks.source import unique_stems
+from zerorate.tasks.source import sensor_ending, unique_stems
 
 T = TypeVar("T")
 
@@ -40,14 +40,14 @@ def check_outputs(
 
 
 def check_panels(panels: FigurePanels, no_figure: bool) -> FigurePanels:
-    """Return which panels a figure has; a usage fault for all of them where none is drawn."""
+    """Return the panels of a figure; a usage fault for all of them where none is drawn."""
     if panels == "all" and no_figure:
         raise UsageFault("--figure all has no effect with --no-figure")
     return panels
 
 
 def figure_ending(place: Destination, format: str | None, no_figure: bool) -> list[str]:
-    """Return how the name of the figure ends, if there is one; a usage fault without matplotlib."""
+    """Return the ending of the figure's name, if any; a usage fault without matplotlib."""
     if no_figure:
         return []
     require("matplotlib", "plot")
@@ -55,7 +55,7 @@ def figure_ending(place: Destination, format: str | None, no_figure: bool) -> li
 
 
 def log_ending(place: Destination, format: str | None) -> str:
-    """Return the format of a log, by its suffix; a usage fault without what writes it."""
+    """Return the format of a log, by its suffix; a usage fault without its writer."""
     suffix = place.choose("format", format, LOG_FORMATS)
     if suffix == "parquet":
         require("pyarrow", "io")
@@ -123,7 +123,7 @@ class Part:
         return result
 
     def print_title(self) -> None:
-        """Print what the results that follow are of, where there are several."""
+        """Print the source of the following results, if there are several."""
         if self.record.title:
             print(self.record.title if self.first else f"\n{self.record.title}")
 
@@ -150,11 +150,18 @@ def parts_of(
     parts: list[Part] = []
     for log, place in places:
         for record in records(log, reading.group_by):
-            parts.append(Part(log, record, files(place.of_part(record.ending)), not parts))
+            outputs = files(of_sensor(place.of_part(record.ending), reading))
+            parts.append(Part(log, record, outputs, not parts))
     paths = [path for part in parts for path in part.files.paths]
     for log, _ in places:
         check_outputs(paths, parts[0].files.force, log, *read)
     return parts
+
+
+def of_sensor(place: Destination, reading: Reading) -> Destination:
+    """Return the destination of a chosen sensor's files, whose names in a folder end with it."""
+    sensor = reading.arguments.get("sensor")
+    return place if place.named_suffix else place.of_part(sensor_ending(sensor))
 
 
 def places_of_logs(
@@ -179,7 +186,7 @@ def draw_overlay(results: Any, paths: Sequence[Path], force: bool) -> None:  # n
 
 
 def print_result(result: Any, paths: Sequence[Path], further: str = "") -> None:  # noqa: ANN401
-    """Print alarms, a result and what else is said of it, and which files were written."""
+    """Print alarms, a result and its notes, and the files that were written."""
     print_alarms(result.alarms)
     print(result)
     if further:
@@ -188,7 +195,7 @@ def print_result(result: Any, paths: Sequence[Path], further: str = "") -> None:
 
 
 def print_written(paths: Sequence[Path]) -> None:
-    """Print which files were written, after an empty line."""
+    """Print the files that were written, after an empty line."""
     print()
     for path in paths:
         print(f"wrote {path}")
@@ -216,7 +223,7 @@ def progress_bar() -> Iterator[Progress]:
 
 @contextmanager
 def counting_bar(things: str) -> Iterator[Callable[[int, int], None]]:
-    """Yield a function of how many things are through and how many there are to do."""
+    """Yield a function of the numbers of finished things and of all."""
     if not _has_terminal():
         yield lambda through, all_of_them: None
         return
@@ -248,7 +255,7 @@ def counting_bar(things: str) -> Iterator[Callable[[int, int], None]]:
 
 
 def preload_figure(module: str, svg: bool = False) -> None:
-    """Begin to import what draws a figure, a module of `zerorate.show`, while a log is read.
+    """Begin to import a module of `zerorate.show` for a figure, while a log is read.
 
     If that fails, the later import says so.
     """
@@ -266,7 +273,7 @@ def _quietly(modules: Sequence[str]) -> None:
 
 @dataclass(frozen=True)
 class LogAndFigure:
-    """Where a command puts a log and its figure, as it is typed: a group of options."""
+    """Destination of a log and its figure, as it is typed: a group of options."""
 
     output: Output = "."
     format: LogFormat = None
@@ -286,7 +293,7 @@ class LogAndFigure:
         return Destination.of(self.output, usual, self.suffixes(*further))
 
     def at(self, place: Destination, others: Sequence[str] = ()) -> Outputs:
-        """Return the files, after checking that what they need is there.
+        """Return the files, after a check of their requirements.
 
         Others than the log and its figure are given by how their names end.
         """
@@ -295,7 +302,7 @@ class LogAndFigure:
         return place.files(f".{log}", others, figures, self.force)
 
     def preload(self, module: str) -> None:
-        """Begin to import what draws the figure, if there is one."""
+        """Begin to import the module of the figure, if there is one."""
         if not self.no_figure:
             preload_figure(module)
 
@@ -308,5 +315,5 @@ class LogAndPanels(LogAndFigure):
 
     @property
     def panels(self) -> FigurePanels:
-        """Which panels it has; a usage fault where none is drawn."""
+        """Panels of the figure; a usage fault where none is drawn."""
         return check_panels(self.figure, self.no_figure)

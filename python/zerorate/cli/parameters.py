@@ -44,7 +44,7 @@ Typed = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Option:
-    """What may be typed, and what help says of it.
+    """An option, with its help.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class Option:
 
     @property
     def off(self) -> list[str]:
-        """The flags that turn off what is on by default."""
+        """The flags that turn off a default."""
         if self.default is not True:
             return []
         return [f"{_OFF}{one[2:]}" for one in self.on] or self.flags.split()
@@ -154,13 +154,13 @@ class Option:
 
     @property
     def typed(self) -> str:
-        """How it is typed, with what it takes."""
+        """The option as it is typed, with its value."""
         names = ", ".join(sorted(self.off or self.on, key=len))
         return names if self.is_flag else f"{names} {self._takes}"
 
     @property
     def meaning(self) -> str:
-        """What is said of it, with its choices and its default."""
+        """Text of help: meaning, choices and default."""
         listed = f" One of {', '.join(self.choices)}." if self._has_many_choices else ""
         default = f" Default: {self._default}." if self._default else ""
         return f"{self.help}{listed}{default}"
@@ -190,7 +190,7 @@ class Option:
 
 
 class Argument(Option):
-    """What is typed without a flag."""
+    """An argument without a flag."""
 
     @property
     def on(self) -> list[str]:
@@ -216,12 +216,12 @@ class Group(Protocol):
         """Yield the options."""
 
     def value(self, typed: Typed) -> Any:  # noqa: ANN401
-        """Return the object; `typed` holds what was typed, without defaults."""
+        """Return the object; `typed` holds the typed values, without defaults."""
 
 
 @dataclass(frozen=True)
 class Taker:
-    """A command, or a dataclass: what takes options as keywords.
+    """A command, or a dataclass, that takes options as keywords.
 
     Those that name no panel of help stand in the class's `panel`.
     """
@@ -254,7 +254,7 @@ class Taker:
             yield from (one,) if isinstance(one, Option) else one.options()
 
     def value(self, typed: Typed) -> Any:  # noqa: ANN401
-        """Return what is made of what was typed."""
+        """Return the object made from the typed values."""
         return self.takes(
             **{
                 name: typed.get(name, one.default) if isinstance(one, Option) else one.value(typed)
@@ -264,33 +264,33 @@ class Taker:
 
 
 def _without_none(hint: Any) -> Any:  # noqa: ANN401
-    """Return the type that a parameter takes besides None."""
+    """Return the type that a parameter takes, apart from None."""
     kinds = [one for one in get_args(hint) if one is not NoneType]
     return kinds[0] if get_origin(hint) in (Union, UnionType) else hint
 
 
 class AsTyped:
-    """What was typed itself, for a command that refuses some of it."""
+    """The typed values themselves, for a command that refuses some of them."""
 
     def options(self) -> Iterator[Option]:
         """Yield nothing."""
         return iter(())
 
     def value(self, typed: Typed) -> Typed:
-        """Return what was typed."""
+        """Return the typed values."""
         return typed
 
 
 @dataclass(frozen=True)
 class Hint:
-    """What helps on with a command that was mistyped: a way to its help, and an example."""
+    """Hint after a mistyped command: a way to its help, and an example."""
 
     help: str
     example: str
 
 
 def parse(options: Sequence[Option], words: Sequence[str], hint: Hint) -> dict[str, Any]:
-    """Return the values of what was typed, by name; a usage fault if something is wrong with it."""
+    """Return the typed values, by name; a usage fault if one is wrong."""
     texts, rest = _texts(options, words, hint)
     for one in options:
         if isinstance(one, Argument) and rest:
@@ -314,7 +314,7 @@ def parse(options: Sequence[Option], words: Sequence[str], hint: Hint) -> dict[s
 def _texts(
     options: Sequence[Option], words: Sequence[str], hint: Hint
 ) -> tuple[dict[str, list[Any]], list[str]]:
-    """Return what was typed after each flag, in the order of typing, and the other words."""
+    """Return the texts typed after each flag, in the order of typing, and the other words."""
     flags = {flag: one for one in options for flag in one.all_flags}
     texts: dict[str, list[Any]] = {}
     rest: list[str] = []

@@ -119,7 +119,7 @@ def _let_substitute(stream: TextIO) -> None:
 
 
 def _substituted(error: UnicodeError) -> tuple[str | bytes, int]:
-    """Return what stands for a character that an encoding lacks, and where to go on."""
+    """Return the substitute of a character that an encoding lacks, and where to go on."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     root = _ROOT.match(error.object, error.start)

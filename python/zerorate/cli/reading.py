@@ -1,4 +1,4 @@
-"""What is read of a log, as the options of a command say it: columns, units, clock, parts."""
+"""Options that select the data to read from a log: columns, units, clock, parts."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -34,58 +34,62 @@ def _parse_time(flag: str, text: str) -> str | int:
 
 _OPTIONS: Final = (
     Option(
-        "Names, or positions counted from 0 over all columns, e.g. gx,gy,gz. Default: the three "
-        "axes of one gyro, by their names.",
+        "Gyro columns, by name or position, e.g. gx,gy,gz. Positions count from 0 over all "
+        "columns. Default: the three axes of one gyro, by their names.",
         name="columns",
         parse=_parse_columns,
         metavar="NAMES",
     ),
     Option(
-        "The same of the accelerometer.", name="accel_columns", parse=parse_columns, metavar="NAMES"
+        "Accelerometer columns, by name or position.",
+        name="accel_columns",
+        parse=parse_columns,
+        metavar="NAMES",
     ),
     Option(
-        "The same of the magnetometer.", name="mag_columns", parse=parse_columns, metavar="NAMES"
+        "Magnetometer columns, by name or position.",
+        name="mag_columns",
+        parse=parse_columns,
+        metavar="NAMES",
     ),
     Option(
-        "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h. Values are "
-        "not converted.",
+        "Unit of the gyro: rad/s, deg/s or deg/h. Needed if the columns' names lack it; values "
+        "are not converted.",
         name="unit",
         metavar="UNIT",
     ),
     Option(
-        "Samples per second. Needed where the log has no timestamps.",
+        "Samples per second, for logs without timestamps.",
         name="rate",
         metavar="HZ",
         kind=float,
     ),
     Option(
-        "Column of the timestamps, by name or position; none reads the log without, by --rate.",
+        "Column of timestamps, by name or position, or none. With none timestamps are ignored "
+        "and --rate counts.",
         name="time",
         parse=_parse_time,
         metavar="NAME",
     ),
     Option(
-        "Unit of timestamps that do not say it: s, ms, us, ns, 100us, min, h, days, or samples of "
-        "--rate.",
+        "Unit of timestamps: s, ms, us, ns, 100us, min, h, days, or samples of --rate.",
         name="time_unit",
         metavar="UNIT",
     ),
     Option(
-        "Leave out lines of a text that are not whole rows: --torn skip. By default such a line "
-        "inside a log is an error.",
+        "Leave out lines of a text that are not whole rows. By default such a line inside a log "
+        "is an error.",
         name="torn",
         choices=("skip",),
     ),
     Option(
-        "What the values are multiplied by, e.g. 1/131 for raw counts; --unit says what they are "
-        "then.",
+        "Factor of the values, e.g. 1/131 for raw counts. The result is in --unit.",
         name="scale",
         parse=partial(parse_fractions, example="0.0076, 1/131 or 1/131,1/16384"),
         metavar="FACTOR",
     ),
     Option(
-        "Sensor whose raw counts become deg/s by the numbers of its data sheet, e.g. MPU-6050; "
-        "with --range.",
+        "Sensor of raw counts, e.g. MPU-6050; with --range. They become deg/s by its data sheet.",
         name="device",
         metavar="NAME",
     ),
@@ -96,20 +100,20 @@ _OPTIONS: Final = (
         metavar="DEG/S",
     ),
     Option(
-        "Which sensor of several in one table: words of its columns' names, e.g. imu2, left_ankle, "
-        "raw; or all.",
+        "Sensor of several in one table, e.g. imu2; or all. Words of its columns' names, such as "
+        "left_ankle or raw.",
         name="sensor",
         metavar="NAME",
     ),
     Option("Begin so many seconds after the first sample.", name="start", metavar="S", kind=float),
     Option("End so many seconds after the first sample.", name="stop", metavar="S", kind=float),
     Option(
-        "Topic of a ROS recording or a PX4 log, where several hold an IMU.",
+        "Topic of a ROS or PX4 log, where several hold an IMU.",
         name="topic",
         metavar="TOPIC",
     ),
     Option(
-        "Column that tells several sensors or recordings apart: each is a log.",
+        "Split by this column: each of its values is a log.",
         name="group_by",
         parse=_parse_first,
         metavar="COLUMN",
@@ -123,28 +127,26 @@ _COLUMNS_OF: Final = {"accel_columns": "accel", "mag_columns": "mag"}
 """Options with columns of another sensor than the gyro, and its kind."""
 
 OF_IMU: Final = {
-    "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; with a "
-    "comma between that of the accelerometer, g or m/s^2: deg/s,g.",
-    "scale": "What the values of the gyro are multiplied by, e.g. 1/131 for raw counts, and with a "
-    "comma between those of the accelerometer: 1/131,1/16384. --unit says what they are then.",
-    "device": "Sensor whose raw counts become deg/s and g by the numbers of its data sheet, e.g. "
-    "MPU-6050; with --range.",
-    "range": "Range that the gyro of --device was set to, deg/s, and that of the accelerometer, g, "
-    "e.g. 250,2.",
+    "unit": "Units of gyro and accelerometer, e.g. deg/s,g. Gyro: rad/s, deg/s or deg/h; "
+    "accelerometer: g or m/s^2. Needed if the columns' names lack them.",
+    "scale": "Factors of gyro and accelerometer: 1/131,1/16384. The results are in --unit.",
+    "device": "Sensor of raw counts, e.g. MPU-6050; with --range. They become deg/s and g by its "
+    "data sheet.",
+    "range": "Ranges set on the --device, deg/s and g, e.g. 250,2.",
 }
 """Help of those that say more where a command reads gyro and accelerometer."""
 
 
 @dataclass(frozen=True)
 class Reading:
-    """What is read of a log, and how.
+    """Selection of the data to read from a log.
 
     Attributes
     ----------
     arguments : mapping
         Those of `zerorate.read_log` and of the other readers.
     group_by : str or int or None
-        Column that tells several logs in a file apart.
+        Column that distinguishes several logs in a file.
     """
 
     arguments: Mapping[str, Any]
@@ -178,7 +180,7 @@ class ReadingOptions:
                 yield replace(one, help=text, default=None, panel=PANEL)
 
     def value(self, typed: Typed) -> Reading:
-        """Return what is read."""
+        """Return the selection of the data to read."""
         known = {one.name: typed.get(one.name) for one in self.options()}
         others = {sensor: known.pop(name, None) for name, sensor in _COLUMNS_OF.items()}
         if any(others.values()):
@@ -204,7 +206,7 @@ def _scale(factors: list[float] | None, device: str | None, ranges: list[float] 
 
 @dataclass(frozen=True)
 class Record:
-    """What is read as one log.
+    """Data read as one log.
 
     Attributes
     ----------

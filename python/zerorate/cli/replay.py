@@ -46,14 +46,14 @@ def _parse_methods(flag: str, text: str) -> Sequence[str]:
 
 @dataclass(frozen=True)
 class _Sensors:
-    """Options of what is done to the sensors before the filters, and of the accelerometer."""
+    """Options of the sensors' treatment before the filters, and of the accelerometer."""
 
     panel: ClassVar = PANEL
 
     calibration: Path | None = option(
         None,
-        "Correct the gyro by this calibration first (JSON of zerorate calibrate), and by "
-        "the log's accelerometer, if it has one.",
+        "Apply this calibration first (zerorate calibrate). With the log's accelerometer, if "
+        "any, its g-sensitivity is corrected, too.",
         metavar="CAL",
     )
     fix: Fix = False
@@ -74,14 +74,21 @@ def replay(
     compared: Annotated[
         Sequence[str],
         Option(
-            "Compare the method with others, of kf, akf, fading, robust and auto; all for all "
-            "of them.",
+            "Compare with kf, akf, fading, robust, auto, or all.",
             "--methods",
             metavar="NAMES",
             parse=_parse_methods,
             panel=OUTPUT,
         ),
     ] = (),
+    truth: Annotated[
+        Path | None,
+        Option(
+            "True bias, NAME-truth of zerorate simulate: drawn, and the error at the end printed.",
+            metavar="FILE",
+            panel=OUTPUT,
+        ),
+    ] = None,
     sensors: _Sensors,
     array: OfArray,
     fusion: FusionOptions,
@@ -90,8 +97,9 @@ def replay(
     """Remove the bias from every axis of a log.
 
     Prints the bias with its standard deviation, and writes the filtered log and a figure: the log
-    holds raw minus bias under the names of the raw columns, and beside them the bias, its standard
-    deviation, rest, and a stuck or saturated sensor. The default method, auto, needs no settings.
+    holds raw minus bias under the names of the raw columns, and in extra columns the bias, its
+    standard deviation, rest, and a stuck or saturated sensor. The default method, auto, needs no
+    settings.
     """
     of_array = array.arguments(fusion, options)
     if of_array is not None:
@@ -99,6 +107,7 @@ def replay(
             options,
             methods=bool(compared),
             calibration=sensors.calibration is not None,
+            truth=truth is not None,
             no_accel=sensors.no_accel,
             figure=written.figure == "all",
         )
@@ -117,6 +126,10 @@ def replay(
         return
     arguments = {"methods": compared, **options, **sensors.arguments(), **reading.arguments}
     arguments["data_scale"] = arguments.pop("scale")
+    if truth is not None:
+        if written.no_figure or len(logs) > 1:
+            raise UsageFault("--truth is of one log, and acts with a figure")
+        arguments["truth"] = truth
     results: dict[str, Summary] = {}
     for part in parts:
         result = _run(part, arguments, panels)
@@ -147,7 +160,7 @@ def _run(part: Part, arguments: Mapping[str, Any], panels: str) -> Summary:
 
 
 def _replay_arrays(parts: Sequence[Part], arguments: Mapping[str, Any]) -> None:
-    """Replay each record as an array, write its files, and print what is to be said of it."""
+    """Replay each record as an array, write its files, and print its result."""
     for part in parts:
         with progress_bar() as progress:
             result = replay_array(part.record.source, progress=progress, **arguments)
@@ -157,7 +170,7 @@ def _replay_arrays(parts: Sequence[Part], arguments: Mapping[str, Any]) -> None:
 
 
 def _print_unused(method: str, options: Mapping[str, Any]) -> None:
-    """Print which options the method itself does not use, if there are any."""
+    """Print the options that the method itself does not use, if there are any."""
     used = select_options(method, options)
     others = [flag(name) for name in options if name not in used and name != "method"]
     if others:

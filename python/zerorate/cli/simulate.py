@@ -1,5 +1,6 @@
-"""``zerorate simulate``: a gyro of the table as a log at rest, or an IMU that is calibrated."""
+"""``zerorate simulate``: a gyro at rest, an IMU that is calibrated, or one in motion."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, TypeAlias
 
@@ -19,10 +20,11 @@ from zerorate.tasks.simulate import (
     simulated_session,
     write_session,
 )
+from zerorate.tasks.simulate_motion import MOTIONS, simulated_motion, write_motion
 
 Duration: TypeAlias = Annotated[float, Option("Length in seconds.")]
 SimulatedRate: TypeAlias = Annotated[float, Option("Samples per second.")]
-Seed: TypeAlias = Annotated[int, Option("Any whole number; the same one gives the same signal.")]
+Seed: TypeAlias = Annotated[int, Option("Whole number; the same one gives the same signal.")]
 
 
 def _parse_temperatures(flag: str, text: str) -> tuple[float, float]:
@@ -33,59 +35,110 @@ def _parse_temperatures(flag: str, text: str) -> tuple[float, float]:
     return first, last
 
 
+def _parse_numbers(flag: str, text: str, example: str) -> tuple[float, ...]:
+    try:
+        numbers = tuple(map(float, text.split(",")))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != example.count(",") + 1:
+        raise UsageFault(f"{flag} takes numbers such as {example}, got {text!r}")
+    return numbers
+
+
 def simulate(
     device: Annotated[
-        str | None, Argument("Gyro to simulate, such as MPU-6050; --list shows all.")
+        str | None,
+        Argument(
+            "Motion of an IMU: hand (with magnetometer and true orientation), drive (with fixes), "
+            "walk. Or a gyro at rest, such as MPU-6050; --list shows all."
+        ),
     ] = None,
     output: Annotated[
         Path | None,
         Option(
-            "File to write; its suffix says the format: csv, tsv, npz or parquet.",
+            "File: csv, tsv, npz or parquet, by its suffix.",
             "-o --output",
             metavar="FILE",
             panel=OUTPUT,
         ),
     ] = None,
     duration: Annotated[
-        float | None, Option(f"Length in seconds; {DURATION_S:g} if not given.")
+        float | None,
+        Option(
+            f"Length in seconds; if not given {DURATION_S:g} of a gyro at rest, "
+            f"{', '.join(f'{seconds:g} of a {kind}' for kind, seconds in MOTIONS.items())}."
+        ),
     ] = None,
     rate: SimulatedRate = 100.0,
     seed: Seed = 1,
     axes: Annotated[
-        int | None, Option("Number of axes, with a different bias and drift each; 3 if not given.")
+        int | None, Option("Number of axes. Default: 3. Each has its own bias and drift.")
     ] = None,
     poses: Annotated[
         int | None,
         Option(
-            "Simulate an IMU instead, held still in so many poses and turned by hand between "
-            "them, for zerorate calibrate; its gyro is an MPU-6050 if none is named."
+            "Simulate an IMU in so many poses, to calibrate. It is held still in each pose and "
+            "turned by hand between them; its gyro is an MPU-6050 if none is named."
         ),
     ] = None,
     temperature: Annotated[
         tuple[float, float] | None,
         Option(
-            "With --poses: temperatures in degC at the start and the end.",
+            "Temperatures at start and end, degC; with --poses.",
             metavar="FIRST,LAST",
             parse=_parse_temperatures,
         ),
     ] = None,
-    list_: Annotated[
-        bool, Option("Print the gyros that can be simulated, with their noise, and end.")
-    ] = False,
+    magnet: Annotated[
+        tuple[float, ...] | None,
+        Option(
+            "Of a hand: seconds from and to which a magnet is near.",
+            metavar="FROM,TO",
+            parse=partial(_parse_numbers, example="30,40"),
+        ),
+    ] = None,
+    iron: Annotated[
+        tuple[float, ...] | None,
+        Option(
+            "Of a hand: hard iron on the magnetometer, uT.",
+            metavar="X,Y,Z",
+            parse=partial(_parse_numbers, example="12,-9,20"),
+        ),
+    ] = None,
+    list_: Annotated[bool, Option("Print the gyros that can be simulated, and end.")] = False,
     force: Force = False,
 ) -> None:
-    """Write a log of a simulated gyro at rest, and its true bias to a second file, NAME-truth.
+    """Write a simulated log: of a motion, of a gyro at rest, or of an IMU to calibrate.
 
-    With --poses: a log of an IMU, and its true parameters in NAME-truth.json.
+    Of a drive also the fixes of its receiver, in NAME-fixes.csv; of a gyro at rest its true bias,
+    in NAME-truth; with --poses the true parameters, in NAME-truth.json.
     """
     if list_:
         print(format_devices())
         return
+    if device in MOTIONS:
+        unused = {"axes": axes, "poses": poses, "temperature": temperature}
+        _check_unused(f"has no meaning with {device}", **unused)
+        if output is None:
+            raise UsageFault(f"simulate {device} needs a file, such as -o {device}.csv")
+        further = ["-fixes.csv"] if device == "drive" else []
+        paths = _checked_paths(output, force, SESSION_FORMATS, *further)
+        with progress_bar() as progress:
+            progress("simulating", 0.0)
+            recording, fixes = simulated_motion(
+                device, rate, duration, seed, magnet=magnet or (), iron=iron or ()
+            )
+            progress("writing", 0.5)
+            with atomic_paths(paths, force) as temporary:
+                write_motion(recording, fixes, *temporary)
+        print("\n".join(f"wrote {path}" for path in paths))
+        return
+    _check_unused("needs the motion hand", magnet=magnet, iron=iron)
     if poses is not None:
         _check_unused("has no meaning with --poses", duration=duration, axes=axes)
         if output is None:
             raise UsageFault("simulate --poses needs a file, such as -o session.csv")
-        paths = _checked_paths(output, force, SESSION_FORMATS, ".json")
+        paths = _checked_paths(output, force, SESSION_FORMATS, "-truth.json")
         with progress_bar() as progress:
             progress("simulating", 0.0)
             session = simulated_session(device, poses, rate, seed, temperature)
@@ -100,7 +153,7 @@ def simulate(
                 "simulate --list shows the gyros"
             )
         gyro = find_device(device)
-        paths = _checked_paths(output, force, GYRO_FORMATS, output.suffix)
+        paths = _checked_paths(output, force, GYRO_FORMATS, f"-truth{output.suffix}")
         with progress_bar() as progress:
             progress("simulating", 0.0)
             logs = simulated_gyro(gyro, rate, duration, seed, axes)
@@ -117,12 +170,12 @@ def _check_unused(why: str, **options: object) -> None:
         raise UsageFault(f"--{given[0]} {why}")
 
 
-def _checked_paths(output: Path, force: bool, known: tuple[str, ...], of_truth: str) -> list[Path]:
-    """Return the files of the log and of the truth, after checking that they can be written."""
+def _checked_paths(output: Path, force: bool, known: tuple[str, ...], *further: str) -> list[Path]:
+    """Return the log and further files by their endings, checked to be writable."""
     if output.suffix.lower() not in known:
         raise UsageFault(f"cannot write a log as '{output.suffix}'; known: {', '.join(known)}")
     if output.suffix.lower() == ".parquet":
         require("pyarrow", "io")
-    paths = [output, output.with_name(f"{output.stem}-truth{of_truth}")]
+    paths = [output, *(output.with_name(f"{output.stem}{ending}") for ending in further)]
     check_outputs(paths, force)
     return paths

@@ -1,12 +1,12 @@
-"""Where the samples of ``zerorate stream`` come from: stdin, a file, datagrams, a live device."""
+"""Sources of the samples of ``zerorate stream``: stdin, a file, datagrams, a live device."""
 
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO, TextIO
+from typing import Any, BinaryIO, Final, TextIO
 
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, of_a_file, sentence
 from zerorate.cli.parameters import option
@@ -16,13 +16,16 @@ from zerorate.tasks.interrupts import Interrupts
 from zerorate.tasks.live.serving import Line, bind_loopback, datagrams, lines_of, packets_of
 from zerorate.tasks.live.sources import SOURCES, AddressError, live_source
 
+_HEAD_BYTES: Final = 4096
+"""Bytes of a first line that may state rate and unit."""
+
 
 @dataclass(frozen=True)
 class Origin:
-    """Options of where samples come from, besides a file."""
+    """Options for sources of samples other than a file."""
 
     udp: str | None = option(
-        None, "Take datagrams of this machine, answer to their sender.", metavar="HOST:PORT"
+        None, "Take datagrams, and answer to their sender.", metavar="HOST:PORT"
     )
     address: str | None = option(
         None,
@@ -47,7 +50,7 @@ class Origin:
         return PACKETS[self.form]
 
     def check(self, source: Path | None, fields: int | None) -> None:
-        """Raise a usage fault where two sources are given, or what a form says already."""
+        """Raise a usage fault for two sources, or for options that a form already states."""
         if sum(one is not None for one in (source, self.udp, self.address)) > 1:
             raise UsageFault("give one of a source, --from and --udp")
         if self.form is not None and fields is not None:
@@ -59,6 +62,23 @@ class Origin:
         if form is None or form.counter is None:
             return {}
         return {"sequence": form.counter, "sequence_bits": form.counter_bits}
+
+    def has_lines(self) -> bool:
+        """Return True if samples come as lines of a file, a pipe or stdin."""
+        return self.udp is None and self.address is None and self.form is None
+
+    def first_line(self, source: Path | None) -> str:
+        """Return the first line of the source, which is read again later; empty for a FIFO."""
+        if source is None:
+            peek = getattr(sys.stdin and sys.stdin.buffer, "peek", None)
+            head = peek(_HEAD_BYTES) if peek is not None else b""
+        elif source.is_file():
+            with suppress(OSError), source.open("rb") as file:
+                return file.readline(_HEAD_BYTES).decode("utf-8", "replace")
+            return ""
+        else:
+            return ""
+        return bytes(head).partition(b"\n")[0].decode("utf-8", "replace")
 
     @contextmanager
     def opened(

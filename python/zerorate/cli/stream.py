@@ -4,10 +4,11 @@ import math
 import signal
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final
 
+from zerorate.calibration.calibration import Calibration
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, of_a_file, sentence
 from zerorate.cli.filter_options import FilterOptions, check_filter_options, flag, own_flag
 from zerorate.cli.options import NoAccel
@@ -20,7 +21,8 @@ from zerorate.cli.watching import Watched
 from zerorate.faults import render_text, use_argument_names
 from zerorate.geometry.frames import Frame
 from zerorate.options import FILTER_OPTIONS
-from zerorate.record import check_writable
+from zerorate.record import LogError, check_writable
+from zerorate.tasks.corrections import calibration_of
 from zerorate.tasks.interrupts import Interrupts, SignalInterrupt
 from zerorate.tasks.live import (
     AttitudeColumn,
@@ -32,6 +34,7 @@ from zerorate.tasks.live import (
     Settings,
     SettingsError,
 )
+from zerorate.tasks.live.header import stated_in_header
 from zerorate.tasks.live.sequence import MAX_BITS
 from zerorate.tasks.live.serving import Saver, Server
 from zerorate.tasks.saving import make_folders
@@ -46,7 +49,8 @@ _OF_ATTITUDE: Final = ("frame", "no_mag", "learn_magnetometer")
 _READING: Final = ReadingOptions(
     without=("topic", "group_by", "start", "stop", "sensor", "torn"),
     help={
-        "rate": "Samples per second; required.",
+        "rate": "Samples per second; required unless the first line states it, as in "
+        "# rate: 100 Hz, unit: deg/s.",
         "time": "Column of the timestamps, by name or position: samples that its gaps show are "
         "missing, blocks of equal stamps are spread. Default: samples are 1/--rate s apart.",
         "columns": "Columns to filter: names, or positions counted from 0 over all columns, e.g. "
@@ -65,18 +69,18 @@ class _Numbers:
 
     sequence: str | int | None = option(
         None,
-        "Sequence number, by name or position: what the source lost is taken as missing "
-        "and counted. Without it a lost sample cannot be seen.",
+        "Column of a sequence number. Lost samples are counted and treated as missing; without "
+        "it a lost sample cannot be seen.",
         metavar="COLUMN",
         parse=parse_column,
     )
     sequence_bits: int | None = option(
         None,
-        "Width of the counter that --sequence shows; learned where it is not given.",
+        "Bits of the --sequence counter. By default learned.",
         min=1,
         max=MAX_BITS,
     )
-    fields: int | None = option(None, "Numbers in a line, if the first may not be whole.", min=1)
+    fields: int | None = option(None, "Numbers per line, if the first may be cut off.", min=1)
 
     def arguments(self) -> dict[str, Any]:
         """Return those of the settings of a stream."""
@@ -87,14 +91,14 @@ class _Numbers:
 
 @dataclass(frozen=True)
 class _Accelerometer:
-    """Options of the accelerometer that tells of motion."""
+    """Options of the accelerometer that detects motion."""
 
     panel: ClassVar = PANEL
 
     accel_columns: Sequence[str | int] | None = option(
         None,
-        "Columns x,y,z of the accelerometer that tells of motion, by name or position. "
-        "Default: those that the header line names like the one of the gyro.",
+        "Accelerometer columns x,y,z, to detect motion. By name or position. Default: those that "
+        "the header line names like the gyro's.",
         metavar="NAMES",
         parse=parse_columns,
     )
@@ -117,15 +121,16 @@ class _Attitude:
 
     attitude: bool = option(
         False,
-        "Answer with the orientation: lines hold gyro, accelerometer and maybe "
-        "magnetometer, x, y, z each.",
+        "Answer with the orientation. Lines hold gyro, accelerometer and maybe magnetometer, x, "
+        "y, z each.",
     )
     frame: Frame = option(
         "enu",
-        "Axes of the earth: east, north, up (the default); north, east, down; or north, west, up.",
+        "Axes of the earth. enu (default): east, north, up; ned: north, east, down; nwu: north, "
+        "west, up.",
         shown="",
     )
-    no_mag: bool = option(False, "Leave out the magnetometer of the lines.")
+    no_mag: bool = option(False, "Ignore the magnetometer of the lines.")
     learn_magnetometer: bool = option(False, "Learn the magnetometer's hard iron from the motion.")
 
     def arguments(self) -> dict[str, Any]:
@@ -142,11 +147,11 @@ class _Saves:
     """Options of the state that is saved."""
 
     checkpoint: Path | None = option(
-        None, "Save the state, and go on from it at the next start.", metavar="FILE"
+        None, "Save the state; the next start goes on from it.", metavar="FILE"
     )
-    every: float = option(1.0, "Seconds of samples between two saves.")
-    position: bool = option(False, "Print the sample that the checkpoint goes on with.")
-    force: bool = option(False, "Begin anew if the checkpoint cannot be used.")
+    every: float = option(1.0, "Seconds between two saves.")
+    position: bool = option(False, "Print the sample number of the checkpoint.")
+    force: bool = option(False, "Start again if the checkpoint cannot be used.")
 
     def printed_position(self) -> int:
         """Return the sample that the checkpoint goes on with."""
@@ -156,7 +161,7 @@ class _Saves:
         return 0 if saved is None else saved.position
 
     def saver(self, rate: float) -> Saver | None:
-        """Return what saves the state, None where nothing is saved."""
+        """Return the saver of the state, None where nothing is saved."""
         if self.checkpoint is None:
             return None
         count = self.every * rate
@@ -177,7 +182,7 @@ class _Saves:
         except (DataFault, UsageFault) as fault:
             if self.force:
                 return new
-            raise type(fault)(f"{fault}; --force begins anew") from None
+            raise type(fault)(f"{fault}; --force starts again") from None
 
 
 def stream(
@@ -196,34 +201,47 @@ def stream(
     ] = None,
     orientation: _Attitude,
     origin: Origin,
+    calibration: Annotated[
+        Path | None,
+        Option(
+            "Correct the gyro by this calibration first (JSON of zerorate calibrate), and by the "
+            "accelerometer of the lines, if they have one.",
+            metavar="CAL",
+            panel=PANEL,
+        ),
+    ] = None,
     saves: _Saves,
     watched: Watched,
     typed: Annotated[Typed, AsTyped()],
 ) -> None:
     """Answer each line of samples at once with the compensated rate.
 
-    Where a header line names the columns, those of gyros are filtered and the others pass through;
-    an accelerometer among them tells of motion, as in a replay.
-    A line that is garbled is reported on stderr, answered with nan and taken as missing. With
-    --attitude the answer is the quaternion w, x, y, z from sensor to earth in place of the samples.
+    Where a header line names the columns, gyro columns are filtered and the others pass through; an
+    accelerometer among them detects motion, as in a replay. A line that is garbled is reported on
+    stderr, answered with nan and taken as missing. With --attitude the answer is the quaternion w,
+    x, y, z from sensor to earth in place of the samples.
     """
     if saves.position:
         print(saves.printed_position())
         return
     origin.check(source, numbers.fields)
+    reading = _with_stated(reading, source, origin)
     rate = reading.arguments["rate"]
     if rate is None:
-        raise UsageFault("--rate is required: samples per second")
+        raise UsageFault("--rate is required: samples per second, where no header line states it")
     arguments = numbers.arguments()
     if arguments["sequence"] is None:
         arguments |= origin.numbers()
     arguments |= _timing(reading)
     if orientation.attitude:
         _check_attitude_alone(options, accelerometer)
+        if calibration is not None:
+            raise UsageFault("--calibration has no effect with --attitude")
         arguments |= {**orientation.arguments(), **{name: options.get(name) for name in _OF_BOTH}}
     else:
         _check_filter_alone(options, typed)
         arguments |= {"accel_columns": accelerometer.columns(), **options}
+        arguments["calibration"] = _load_calibration(calibration)
     settings = _settings(reading, extra, orientation.attitude, arguments)
     saver = saves.saver(rate)
     lines = saves.resumed(settings, numbers.fields)
@@ -235,6 +253,22 @@ def stream(
         finally:
             for one in server.sentences(numbered=arguments["sequence"] is not None):
                 notify(one)
+
+
+def _with_stated(reading: Reading, source: Path | None, origin: Origin) -> Reading:
+    """Return the reading options, with rate and unit of a first line that states them."""
+    if reading.arguments["rate"] is not None or not origin.has_lines():
+        return reading
+    stated = stated_in_header(origin.first_line(source))
+    known = {name: value for name, value in reading.arguments.items() if value is not None}
+    return replace(reading, arguments={**reading.arguments, **stated, **known})
+
+
+def _load_calibration(path: Path | None) -> Calibration | None:
+    try:
+        return calibration_of(path)
+    except LogError as error:
+        raise DataFault(sentence(error)) from None
 
 
 def _timing(reading: Reading) -> dict[str, Any]:

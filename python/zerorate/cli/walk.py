@@ -1,4 +1,4 @@
-"""``zerorate walk``: where a sensor on a foot went, from its gyro and accelerometer alone."""
+"""``zerorate walk``: the track of a sensor on a foot, by gyro and accelerometer alone."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Final
 
 from zerorate.cli.filter_options import TableOptions
 from zerorate.cli.options import CalibrationOption, ClippedOption, Fix, LogArgument
-from zerorate.cli.outputs import LogAndFigure, check_outputs, print_result, run_and_save
+from zerorate.cli.outputs import LogAndFigure, check_outputs, of_sensor, print_result, run_and_save
 from zerorate.cli.parameters import Option, option
 from zerorate.cli.reading import Reading, ReadingOptions
 from zerorate.cli.values import parse_place
@@ -21,25 +21,25 @@ _MAPS: Final = ("geojson", "gpx")
 
 @dataclass(frozen=True)
 class _Start:
-    """Where the walk starts on the earth: arguments of `zerorate.walk`."""
+    """Start of the walk on the earth: arguments of `zerorate.walk`."""
 
     panel: ClassVar = _PANEL
 
     at: Sequence[float] | None = option(
         None,
-        "Where it starts, deg: writes the track for maps, as GeoJSON and GPX.",
+        "Start, deg: writes the track as GeoJSON and GPX, too.",
         metavar="LAT,LON",
         parse=parse_place,
     )
     heading: float | None = option(
         None,
-        "With --at: where the sensor's first axis looks at the start, deg from north over "
-        "east. Default 0.",
+        "Initial direction of the sensor's first axis, deg. From north over east; with --at. "
+        "Default 0.",
         metavar="DEG",
         convert=math.radians,
     )
     height: float | None = option(
-        None, "With --at: height of the start, m. Default 0.", metavar="M"
+        None, "Height of the start, m; with --at. Default 0.", metavar="M"
     )
 
 
@@ -50,9 +50,7 @@ def walk(
     constants: Annotated[Mapping[str, Any], TableOptions(FOOT_OPTIONS, _PANEL)],
     smooth: Annotated[
         bool,
-        Option(
-            "See each sample in the light of the whole log, also of what comes later.", panel=_PANEL
-        ),
+        Option("Smooth: use later samples too (forward-backward).", panel=_PANEL),
     ] = False,
     start: _Start,
     calibration: CalibrationOption = None,
@@ -60,14 +58,15 @@ def walk(
     fix: Fix = False,
     written: LogAndFigure,
 ) -> None:
-    """Find where a sensor on a foot went: no receiver, but now and then the foot stands.
+    """Find the track of a sensor on a foot, without a receiver: now and then the foot stands.
 
-    Writes place, velocity and orientation with their standard deviations, and a figure; with --at
-    the track for maps. Prints how far it went, where it ends, and the strides in numbers.
+    Writes position, velocity and orientation with their standard deviations, and a figure; with
+    --at the track for maps. Prints the distance, the end, and the strides in numbers.
     """
     maps = () if start.at is None else _MAPS
     outputs = written.at(
-        written.place(f"{log.stem}-zerorate-walk", *maps), [f".{one}" for one in maps]
+        of_sensor(written.place(f"{log.stem}-zerorate-walk", *maps), reading),
+        [f".{one}" for one in maps],
     )
     check_outputs(outputs.paths, written.force, log, calibration)
     written.preload("foot_figure")

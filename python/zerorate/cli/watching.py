@@ -1,4 +1,4 @@
-"""Those who watch ``zerorate stream`` while it runs: the options, and what draws."""
+"""Observers of ``zerorate stream`` while it runs: their options, and their drawing."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -22,13 +22,13 @@ class Watched:
 
     show: bool = option(
         False,
-        "Draw rates, biases and attitude in the terminal (on stderr). Answers are printed "
-        "only where stdout is none.",
+        "Draw rates, biases and attitude (on stderr). Answers are printed only if stdout is no "
+        "terminal.",
     )
     serve: int | None = option(
         None,
-        "Show rolling plots and the attitude on a page for a browser of this machine; 0 "
-        "takes any free port.",
+        "Serve plots and attitude to a browser; 0: any port. Only browsers of this machine reach "
+        "the page.",
         metavar="PORT",
         min=0,
         max=65535,
@@ -36,7 +36,7 @@ class Watched:
 
     @contextmanager
     def watcher(self) -> Iterator[Watcher | None]:
-        """Open what draws; give what looks at the stream for it, None if nobody watches."""
+        """Open the display; yield a function that feeds it views, None without one."""
         puts: list[Callable[[View], None]] = []
         with ExitStack() as opened:
             if self.serve is not None:
@@ -49,7 +49,7 @@ class Watched:
 
     @property
     def hides_answers(self) -> bool:
-        """True if answers would be printed over what is drawn."""
+        """True if answers would be printed over the display."""
         return self.show and sys.stdout is not None and sys.stdout.isatty()
 
 

@@ -18,21 +18,21 @@ LevelName: TypeAlias = Literal["auto", "psr", "psr-normalised"]
 
 @dataclass(frozen=True, eq=False)
 class Denoised(Result):
-    """A record without the details that are no larger than noise.
+    """A denoised record: without the details that are no larger than noise.
 
     Attributes
     ----------
     signal : ndarray, shape (n,) or (n, k)
         The record, in its own unit.
     level : int or ndarray, shape (k,)
-        The last level that was thresholded, of each column.
+        Last thresholded level of each column.
     sigma : float or ndarray, shape (k,)
-        Deviation of white noise, from the details of the first level.
+        Standard deviation of white noise, from the details of the first level.
     threshold : float or ndarray, shape (k,)
-        What details were held to, sigma sqrt(2 ln n).
+        Threshold of the details, sigma sqrt(2 ln n).
     wavelet, mode : str
     approximation : bool
-        As they were given.
+        The given arguments.
 
     Examples
     --------
@@ -65,33 +65,32 @@ def denoise(
 
     A filter bank splits the record into octaves, from the finest on. White noise is equally strong
     in all of them, a slow motion is in none but the coarse ones. Details smaller than
-    sigma sqrt(2 ln n), which noise alone hardly reaches, become zero (VisuShrink), and the rest is
-    put together again. There is no delay, for each sample is seen with those after it: to denoise
-    while samples arrive there is `WaveletDenoiser`.
+    sigma sqrt(2 ln n), which noise alone hardly reaches, become zero (VisuShrink), and the signal
+    is reconstructed. There is no delay, since each sample is processed with later ones:
+    `WaveletDenoiser` denoises while samples arrive.
 
     Parameters
     ----------
     z : array_like, shape (n,) or (n, k)
-        Samples in any unit, none missing. Columns are denoised each by itself.
+        Samples in any unit, none missing. Columns are denoised separately.
     wavelet : {"haar", "db2", "db4", "db8"}, default "db4"
-        Daubechies' wavelet of 2, 4, 8 or 16 taps. The longer, the smoother the motion that passes
-        for none of its details.
+        Daubechies' wavelet of 2, 4, 8 or 16 taps. A longer one keeps only smoother motion.
     level : int or {"auto", "psr", "psr-normalised"}, default "auto"
-        How many octaves are thresholded; each halves the variance of white noise.
+        Number of octaves to threshold; each halves the variance of white noise.
 
         - "auto": the last level whose details still look like the noise of the first one, by their
           median and their root mean square. It stops where motion begins, or noise has a colour.
         - "psr": the last one before the largest detail is more than `rho` times the sum of all (Wu
-          and Ran). It depends on the length of the record more than on what is in it.
-        - "psr-normalised": the same over what white noise would show.
+          and Ran). It depends on the length of the record more than on its content.
+        - "psr-normalised": this ratio over that of white noise.
     mode : {"soft", "hard"}, default "soft"
-        Details above the threshold come nearer to zero by it, or stay. Soft is smooth; hard keeps
+        Details above the threshold shrink by it, or stay. Soft is smooth; hard keeps
         the peaks of motion.
     approximation : bool, default False
-        Whether what is below the last level is thresholded too, as Wu and Ran do: it takes slow
-        drift, and slow motion, for noise.
+        Also threshold the approximation below the last level, as Wu and Ran do: this treats slow
+        drift, and slow motion, as noise.
     rho : float, optional
-        Cut of the two rules that have one: 0.05 of "psr", 1.5 of "psr-normalised".
+        Cut of the last two rules: 0.05 of "psr", 1.5 of "psr-normalised".
 
     Returns
     -------
@@ -107,9 +106,8 @@ def denoise(
     Notes
     -----
     D. L. Donoho, I. M. Johnstone, Biometrika 81(3), 1994; J. Wu, C. Ran, Instrument Technique and
-    Sensor 2021(2), equation 10. Borders are half-point symmetric. A record whose noise comes out as
-    zero, as a constant, or one that is so coarse that most samples equal the one before, is
-    returned as it is.
+    Sensor 2021(2), equation 10. Borders are half-point symmetric. A record with zero noise, such as
+    a constant, or one so coarse that most samples equal the one before, is returned unchanged.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Findings on a log: what is seen of an IMU, with numbers, limits and what to record next."""
+"""Findings on a log: observations of an IMU, with numbers, limits and advice."""
 
 from zerorate.findings.before_after import BeforeAfter, Change, before_after
 from zerorate.findings.finding import Finding
@@ -18,5 +18,5 @@ __all__ = [
 
 
 def __dir__() -> list[str]:
-    """Show what is public."""
+    """Return the public names."""
     return __all__

@@ -14,13 +14,13 @@ _MIN_PEAK_RATIO: Final = 4.0
 _MIN_FREQUENCY_HZ: Final = 5.0
 """Hz below which motion is, and no vibration."""
 _MIN_WINDOWS: Final = 12
-"""Windows of a second without which nothing is told."""
+"""Fewest windows of a second for a finding."""
 _MIN_PEAK_MOTION_HZ: Final = 1.5
-"""Hz by which a peak must move; of one that stands, nothing tells where it comes from."""
+"""Hz by which a peak must move; the source of a constant one is unknown."""
 _MIN_SECTION_BINS: Final = 16
 """Bins, at least, whose median is what is around a peak."""
 _RESOLUTION_BINS: Final = 3.0
-"""Bins within which a folded peak and a harmonic that is not cannot be told apart."""
+"""Bins within which an aliased peak and a harmonic cannot be distinguished."""
 _MAX_CHANCE: Final = 1e-6
 
 
@@ -37,9 +37,9 @@ class AliasedHarmonic(NamedTuple):
 
 
 def find_aliased_harmonic(parts: Floats, rate: float) -> AliasedHarmonic | None:
-    """Return the largest folded harmonic of the strongest peak, None if none is seen.
+    """Return the largest aliased harmonic of the strongest peak, None if none is seen.
 
-    The strongest peak of each window says where its harmonics would be folded to. A harmonic is
+    The strongest peak of each window gives the aliased frequencies of its harmonics. A harmonic is
     seen where peaks are there in most windows, and are not where other windows say.
 
     Parameters
@@ -108,7 +108,7 @@ def _find_harmonic(
     for times in (0.5, 1.5, 2.0, 3.0, 4.0):
         other_bin = times * first
         has_other = _has_peak_at(stands, other_bin, 1)[other_bin < half]
-        if has_other.size and np.mean(has_other) > 0.5:  # else there is none to be taken for it
+        if has_other.size and np.mean(has_other) > 0.5:  # else there is none to confuse it with
             usable &= np.abs(alias_bins - other_bin) > _RESOLUTION_BINS + width
     if np.count_nonzero(usable) < _MIN_WINDOWS:
         return None
@@ -119,7 +119,7 @@ def _find_harmonic(
         stands[usable],
     )
     hits = _has_peak_at(stands, alias_bins, width)
-    # Where the other windows have it tells how often something is there by chance.
+    # Its frequency in the other windows shows how often something is there by chance.
     shifts = range(1, len(alias_bins), max(1, len(alias_bins) // 64))
     other_bins = np.stack([np.roll(alias_bins, s) for s in shifts])
     is_separate = np.abs(other_bins - alias_bins) > 2 * width + 1
@@ -148,7 +148,7 @@ def _find_harmonic(
 
 
 def _is_significant(hits: Booleans, chance_share: float) -> bool:
-    """Whether hits are most of the windows, and far more than usual; half of those overlap."""
+    """Return True if hits are most of the windows, and far more than by chance."""
     share, count = float(np.mean(hits)), 0.5 * len(hits)
     if share < 0.5 or share <= chance_share:
         return False
@@ -158,7 +158,7 @@ def _is_significant(hits: Booleans, chance_share: float) -> bool:
 
 
 def _has_peak_at(stands: Booleans, positions: Floats, width: int) -> Booleans:
-    """Return whether a peak stands within some bins of a place of each window."""
+    """Return the mask of windows with a peak within some bins of a position."""
     return np.asarray(
         np.take_along_axis(stands, _bins_around(positions, width, stands), axis=1).any(axis=1)
     )

@@ -18,7 +18,7 @@ from zerorate.findings.finding import Finding, Spans, count_noun
 from zerorate.findings.imus import BLOCK_S, Imu, Sensor, start_time
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.rests import rest_mean, rest_spans
-from zerorate.numerals import format_with_error
+from zerorate.numerals import format_with_error, shorten
 from zerorate.record.log import Log
 from zerorate.record.recording import Recording
 from zerorate.record.runs import runs
@@ -35,7 +35,7 @@ _SETTLING_TIME_S: Final = 10.0
 _MAX_TILT_SIGMA_RAD: Final = math.radians(5.0)
 """Standard deviation of an inclination from which on it is not trusted."""
 _MIN_REST_S: Final = 5.0
-"""Seconds of a rest by which the log's own inclination is judged, as it needs some to settle."""
+"""Seconds of a rest after which the log's own inclination is tested, as it has to settle."""
 _MIN_ROWS: Final = 10
 _MIN_UNCLEAR_S: Final = 1.0
 """Seconds of a rest that may be a rate table, for a finding."""
@@ -44,7 +44,7 @@ _SIGNIFICANCE_SIGMAS: Final = 3.0
 
 
 class Course(NamedTuple):
-    """Up in the axes of the sensor at some times since the beginning, and how well it is known.
+    """Up in the axes of the sensor at some times since the beginning, with its sigma.
 
     Shapes (m,), (m, 3), (m,), (m,) in rad, and (m,): True for a rest that may be a rate table.
     """
@@ -57,7 +57,7 @@ class Course(NamedTuple):
 
 
 def attitude_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield what the sensors of the first IMU, and the log itself, say of the inclination."""
+    """Yield findings on the inclination, by the sensors of the first IMU and by the log itself."""
     imu = next((imu_candidate for imu_candidate in imus if imu_candidate.still.size), None)
     if imu is None or imu.gyro is None or imu.accel is None:
         return
@@ -109,7 +109,7 @@ def _align_samples(recording: Recording, gyro: Sensor, accel: Sensor) -> tuple[F
 
 
 def up_direction(quaternions: Floats) -> Floats:
-    """Return where an earth's third axis points in the axes of the sensor, shape (m, 3)."""
+    """Return the direction of an earth's third axis in the axes of the sensor, shape (m, 3)."""
     w, x, y, z = quaternions.T
     size = np.maximum((quaternions**2).sum(axis=1), np.finfo(float).tiny)
     row = [2 * (x * z - w * y), 2 * (y * z + w * x), size - 2 * (x * x + y * y)]
@@ -123,7 +123,7 @@ def _angles_between(one: Floats, other: Floats) -> Floats:
 
 
 def _check_arrivals(imu: Imu, accel: Sensor, course: Course) -> Iterator[Finding]:
-    """Yield how far the inclination is off as each rest begins that motion comes before."""
+    """Yield the error of the inclination at the beginning of each rest after motion."""
     later = [rest for rest in imu.rests if BLOCK_S * rest.first > _SETTLING_TIME_S]
     if not later:
         return
@@ -139,8 +139,8 @@ def _check_arrivals(imu: Imu, accel: Sensor, course: Course) -> Iterator[Finding
         SECTION, "arrivals", LIMITS["arrivals"].severity(middle) if surely else "good",
         f"{imu.name}: by gyro and accelerometer the inclination is "
         f"{_format_median(middle, sigma)} deg from "
-        f"gravity as a rest begins (median of {count_noun(len(off), 'rest')}, {off[worst]:.2g} at "
-        "most).",
+        f"gravity as a rest begins (median of {count_noun(len(off), 'rest')}, "
+        f"{shorten(off[worst])} at most).",
         middle, "deg", sigma, rest_spans([later[worst]]), accel.figure,
         "Rest before the motion too, so that the gyro's bias is known, and calibrate its scale.",
     )  # fmt: skip
@@ -154,7 +154,7 @@ def _median_sigma(values: Floats) -> float | None:
 
 
 def _format_median(value: float, sigma: float | None) -> str:
-    return f"{value:.2g}" if not sigma else format_with_error(value, sigma)
+    return shorten(value) if not sigma else format_with_error(value, sigma)
 
 
 def _check_trust(gyro: Sensor, course: Course) -> Iterator[Finding]:
@@ -165,12 +165,13 @@ def _check_trust(gyro: Sensor, course: Course) -> Iterator[Finding]:
     share = 100.0 * float(doubt.sum() / settled.sum())
     heading = math.degrees(float(course.heading_sigma[-1]))
     middle = math.degrees(float(np.median(course.tilt_sigma[settled])))
-    doubt_text = "" if not doubt.any() else f", worse than 5 deg for {share:.2g} % of the time"
-    heading_text = f"known to {heading:.2g} deg" if heading < 90.0 else "not known"
+    doubt_text = "" if not doubt.any() else f", worse than 5 deg for {shorten(share)} % of the time"
+    heading_text = f"known to {shorten(heading)} deg" if heading < 90.0 else "not known"
     yield Finding(
         SECTION, "trust", LIMITS["trust"].severity(share),
-        f"Gyro and accelerometer give the inclination to {middle:.2g} deg (median of its standard "
-        f"deviation){doubt_text}; the heading against the start is {heading_text} at the end.",
+        f"Gyro and accelerometer give the inclination to {shorten(middle)} deg (median of its "
+        f"standard deviation){doubt_text}; the heading against the start is {heading_text} at the "
+        "end.",
         share, "%", None, _spans_where(course.times, doubt), gyro.figure,
         "Rest for some seconds now and then, and log at 100 Hz or more.",
     )  # fmt: skip
@@ -187,7 +188,7 @@ def _check_unclear_rest(gyro: Sensor, course: Course) -> Iterator[Finding]:
     size = float(np.linalg.norm(rate))
     yield Finding(
         SECTION, "unclear rest", "look",
-        f"{gyro.name} is at rest, or on a rate table, for {seconds:.3g} s: a steady "
+        f"{gyro.label} is at rest, or on a rate table, for {seconds:.3g} s: a steady "
         f"{math.degrees(size):.3g} deg/s about the vertical is beyond the largest bias.",
         math.degrees(size), "deg/s", None, spans, gyro.figure,
         make_sentence("On a rate table nothing is to be done; for a bias give ",
@@ -210,7 +211,7 @@ class _LogVertical(NamedTuple):
     axis: Floats
 
     def at(self, times: Floats) -> tuple[Floats, Booleans]:
-        """Return the row at or before each time, and whether there is one that is not old."""
+        """Return the row at or before each time, and True if there is one that is not old."""
         rows = np.clip(np.searchsorted(self.times, times, "right") - 1, 0, None)
         fresh = np.abs(times - self.times[rows]) < 2.0 * BLOCK_S
         return self.axis[rows], fresh & (times >= self.times[0])
@@ -239,7 +240,7 @@ def _vertical_of_log(log: Log, start: float) -> _LogVertical | None:
 def _check_log_inclination(
     name: str, imu: Imu, accel: Sensor, vertical: _LogVertical
 ) -> Iterator[Finding]:
-    """Yield how far the log's own vertical is from gravity, whichever way its axes point."""
+    """Yield the angle between the log's own vertical and gravity, for any direction of its axes."""
     off, where = [], []
     for rest in imu.rests:
         times = BLOCK_S * np.arange(rest.first + 1, rest.last + 1)
@@ -265,7 +266,7 @@ def _check_log_inclination(
 
 
 def _angle_between_lines(one: Floats, other: Floats) -> Floats:
-    """Return the angle between two lines, deg: up and down count alike."""
+    """Return the angle between two lines, deg: up and down count the same."""
     angle = _angles_between(one, other)
     return np.asarray(np.minimum(angle, 180.0 - angle))
 
@@ -283,9 +284,9 @@ def _compare_verticals(
     limit = LIMITS["attitudes apart"]
     yield Finding(
         SECTION, "attitudes apart", limit.severity(worst),
-        f"{name[0].upper()}{name[1:]} and that of {gyro.name} and its accelerometer have their "
-        f"verticals {worst:.2g} deg apart (95 % of where the latter is trusted; median "
-        f"{np.median(off[known]):.2g}).",
+        f"{name[0].upper()}{name[1:]} and that of {gyro.label} and its accelerometer have their "
+        f"verticals {shorten(worst)} deg apart (95 % of where the latter is trusted; median "
+        f"{shorten(np.median(off[known]))}).",
         worst, "deg", None, _spans_where(course.times, off >= limit.look), gyro.figure,
         "Compare both with a level surface at rest.",
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""What PX4 or ArduPilot wrote of vibration and clipping into its log, at the sensor's rate."""
+"""Vibration and clipping that PX4 or ArduPilot logged at the sensor's rate."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from zerorate.findings.finding import Finding, Spans
 from zerorate.findings.imus import start_time
 from zerorate.findings.limits import LIMITS
+from zerorate.numerals import shorten
 from zerorate.record.log import LogError
 from zerorate.record.recording import Recording
 from zerorate.record.runs import runs
@@ -22,7 +23,7 @@ _STATUS_TOPIC, _ESTIMATOR_TOPIC = "vehicle_imu_status", "estimator_status"
 _VIBE_TOPIC: Final = "VIBE"
 _FORMATS: Final = ("ulog", "dataflash", "dataflash text")
 _MIN_ROWS: Final = 5
-"""Rows of a topic without which nothing is told."""
+"""Fewest rows of a topic for a finding."""
 
 
 class TopicRows(NamedTuple):
@@ -33,7 +34,7 @@ class TopicRows(NamedTuple):
 
 
 def autopilot_findings(recording: Recording) -> Iterator[Finding]:
-    """Yield what the log of an autopilot says of vibration and clipping."""
+    """Yield findings on vibration and clipping from the log of an autopilot."""
     for name, rows in rows_of(recording, (_STATUS_TOPIC, _ESTIMATOR_TOPIC, _VIBE_TOPIC)):
         yield from _check_vibe(rows) if name == _VIBE_TOPIC else _check_topic(name, rows)
 
@@ -61,7 +62,7 @@ def _read_rows(columns: TableColumns, start: float) -> TopicRows | None:
 
 
 def _check_vibe(rows: TopicRows) -> Iterator[Finding]:
-    """Yield what ArduPilot says: a row an IMU with its number, or rows with counters of all."""
+    """Yield findings on ArduPilot's rows: one per IMU with its number, or counters of all."""
     numbers = rows.columns.get("IMU", np.zeros(len(rows.times)))
     for number in np.unique(numbers):
         of_imu = numbers == number
@@ -103,11 +104,11 @@ def _check_level(name: str, kind: str, values: Floats, times: Floats) -> Iterato
     severity = limit.severity(level)
     bound = limit.act if severity == "act" else limit.look
     over = values >= bound
-    text = f"{name}: {limit.what}, is {level:.3g} {limit.unit}"
+    text = f"{name}: {limit.what}, is {shorten(level, 3)} {limit.unit}"
     if over.any():
         share = 100.0 * float(over.mean())
         first = float(times[over][0])
-        text += f"; {bound:g} and more in {share:.2g} % of its rows, first at {first:.1f} s"
+        text += f"; {bound:g} and more in {shorten(share)} % of its rows, first at {first:.1f} s"
     yield Finding(
         SECTION, kind, severity, f"{text}.", level, limit.unit, None, _spans_where(times, over), "",
         "Log raw samples of a hover and compare their spectra before and after a change.",
@@ -115,7 +116,7 @@ def _check_level(name: str, kind: str, values: Floats, times: Floats) -> Iterato
 
 
 def _check_clips(name: str, sensor: str, counts: Floats, times: Floats) -> Finding:
-    """Return by how much a counter grew, which may begin anew."""
+    """Return the increase of a counter, which may restart."""
     steps = np.diff(counts)
     steps = np.where(steps < 0, counts[1:], steps)
     growth, limit = float(steps.sum()), LIMITS["clips"]

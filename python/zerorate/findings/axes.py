@@ -20,18 +20,18 @@ from zerorate.record.recording import Recording
 
 SECTION: Final = "Units and axes"
 _MAX_CHECKED_S: Final = 7200.0
-"""Seconds that tell units and axes as well as a day does."""
+"""Longest part for units and axes, s: more adds nothing."""
 _REPORTED_STATUSES: Final = ("agrees", "partly seen")
 
 
 def axes_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield what motion shows of the axes of the first IMU, and of a magnetometer."""
+    """Yield findings on the axes of the first IMU and of a magnetometer, by motion."""
     if not imus or imus[0].gyro is None or imus[0].accel is None:
         return
     name = imus[0].gyro.name
     checks = check_axes(_select_liveliest_part(recording, imus[0].gyro), name)
     start = imus[0].gyro.start
-    # A steady rate at rest is a bias, of which the rests tell.
+    # A steady rate at rest is a bias, which the rests report.
     steady = find_steady_rate(recording, name, imus[0].accel.name)
     for check in (checks.magnetometer,) if steady else (checks.gyro, checks.magnetometer):
         if check.alarm or check.status in _REPORTED_STATUSES:

@@ -1,4 +1,4 @@
-"""Two reports side by side: what is new, gone, worse, better or otherwise, before and after."""
+"""Two reports side by side: new, gone, worse, better or other findings, before and after."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Change:
 
     @property
     def verdict(self) -> Verdict:
-        """What became of it: by its severity first, then by its number beyond three sigma."""
+        """Verdict on the change: by its severity first, then by its number beyond three sigma."""
         before, after = self.before, self.after
         if before is None:
             return "only after" if self.finding.severity == "good" else "new"
@@ -116,23 +116,27 @@ class BeforeAfter(Result):
 
     @property
     def alarms(self) -> tuple[str, ...]:
-        """What to act on in either log, a sentence each."""
+        """Findings to act on in either log, a sentence each."""
         return tuple(dict.fromkeys((*self.before.alarms, *self.after.alarms)))
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was assumed to read either log, a sentence each."""
+        """Assumptions made to read either log, a sentence each."""
         return tuple(dict.fromkeys((*self.before.notes, *self.after.notes)))
+
+    def findings_from(self, level: str) -> tuple[Finding, ...]:
+        """Return the findings of the later log of a severity or a worse one, the worst first."""
+        return self.after.findings_from(level)
 
     @cached_property
     def changes(self) -> tuple[Change, ...]:
-        """What is in either, what is new or worse first."""
+        """Findings in either log, new or worse ones first."""
         ordered = sorted(_pair_findings(self.before, self.after), key=_sort_key)
         return tuple(ordered)
 
     @property
     def summary(self) -> str:
-        """One line: how many findings became what."""
+        """One line: the numbers of findings by verdict."""
         counts = Counter(change.verdict for change in self.changes)
         plural_verdicts = {"differs": "differ"}
         counts_text = [
@@ -197,7 +201,7 @@ _Key = tuple[str, str, str, int]
 
 
 def _index_findings(report: Report) -> dict[_Key, Finding]:
-    """Return findings by section, kind and sensor, and their number among those alike."""
+    """Return findings by section, kind and sensor, and their number among equal ones."""
     index: dict[_Key, Finding] = {}
     occurrences: Counter[tuple[str, str, str]] = Counter()
     for finding in report.findings:

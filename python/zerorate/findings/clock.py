@@ -1,23 +1,25 @@
-"""The clock of a log: rate, jitter, late and repeated stamps, gaps and what they cost."""
+"""The clock of a log: rate, jitter, late and repeated stamps, gaps and their cost."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
-from zerorate.findings.finding import Finding, Spans, count_noun
+from zerorate.findings.finding import RANKS, Finding, Spans, count_noun
 from zerorate.findings.imus import Imu, Sensor
 from zerorate.findings.limits import LIMITS, Severity
+from zerorate.numerals import shorten
 from zerorate.record.clock import ClockReport
 from zerorate.record.runs import runs
 from zerorate.types import Booleans, Floats, Integers
 
 SECTION: Final = "The clock"
 _TRIALS_PER_GAP: Final = 40
-"""Places near a gap that tell what one of its length costs."""
+"""Places near a gap for an estimate of its cost."""
 _TRIAL_RANGE_GAPS: Final = 4
 """Lengths of a gap within which such places lie."""
 _MAX_GAPS: Final = 500
@@ -27,7 +29,7 @@ _SLOW_RATE_HZ: Final = 50.0
 
 
 def clock_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield what is seen of each clock that differs from those before."""
+    """Yield findings on each clock that differs from those before."""
     reported: set[tuple[object, int]] = set()
     for imu in imus:
         for sensor in imu.sensors:
@@ -40,26 +42,37 @@ def clock_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
 
 
 def _check_rate(sensor: Sensor, report: object) -> Iterator[Finding]:
-    if not isinstance(report, ClockReport) or not report.stamped:
-        text = f"{sensor.name}: no stamps; its rate is taken as {sensor.log.rate:.6g} Hz."
-        yield Finding(SECTION, "no stamps", "good", text, sensor.log.rate, "Hz")
+    if not isinstance(report, ClockReport):
+        text = f"{sensor.label}: rate {sensor.log.rate:.6g} Hz as stated."
+        yield Finding(SECTION, "rate", "good", text, sensor.log.rate, "Hz")
         return
-    text = f"{sensor.name}: {report.summary()}."
+    if not report.stamped:
+        text = (
+            f"{sensor.label}: no timestamps, rate {sensor.log.rate:.6g} Hz as stated; lost samples "
+            "do not show."
+        )
+        yield _make_finding(sensor, "no stamps", "look", text, 1.0)
+        return
+    # Gaps, late and repeated stamps are findings of their own, below.
+    counted = replace(report, gap_count=0, missing_count=0, repeated_count=0)
+    summary = counted.summary()
+    summary = summary if counted == report else summary.replace("clock regular", "clock")
+    text = f"{sensor.label}: {summary}."
     yield Finding(SECTION, "rate", "good", text, report.rate, "Hz", figure=sensor.figure)
     jitter = 100.0 * report.step_rms * report.rate
     if (severity := LIMITS["jitter"].severity(jitter)) != "good":
-        text = f"{sensor.name}: steps between stamps scatter by {jitter:.3g} % of a period."
+        text = f"{sensor.label}: steps between stamps scatter by {jitter:.3g} % of a period."
         yield _make_finding(sensor, "jitter", severity, text, jitter)
     late = 100.0 * report.late_count / sensor.log.n
     if report.late_count >= _MIN_LATE_STAMPS and LIMITS["late stamps"].severity(late) != "good":
         text = (
-            f"{sensor.name}: {report.late_count} stamps ({late:.2g} %) come more than half "
+            f"{sensor.label}: {report.late_count} stamps ({shorten(late)} %) come more than half "
             "a period "
             "late, with no sample lost."
         )
         yield _make_finding(sensor, "late stamps", "look", text, late)
     if report.repeated_count:
-        text = f"{sensor.name}: {report.repeated_count} stamps repeat the one before."
+        text = f"{sensor.label}: {report.repeated_count} stamps repeat the one before."
         yield _make_finding(sensor, "repeated stamps", "look", text, report.repeated_count)
 
 
@@ -72,9 +85,13 @@ def _make_finding(
     )  # fmt: skip
 
 
+_FEWER_TOPICS: Final = (
+    "Log to a faster medium or log fewer other topics; then compare the lost share."
+)
 _ADVICE: Final = {
-    "gaps": "Log to a faster medium or log less beside; then compare the lost share.",
-    "break": "Look whether logging was stopped on purpose; the parts are judged together here.",
+    "no stamps": "Log the time of each sample, by the sensor's clock or the host's.",
+    "gaps": "Log to a faster medium or log fewer other topics; then compare the lost share.",
+    "break": "Check if logging was stopped on purpose; the parts are treated together here.",
 }
 
 
@@ -98,7 +115,7 @@ def _check_breaks(sensor: Sensor, firsts: Integers, lengths: Integers) -> Iterat
         s for a, n in zip(firsts, lengths, strict=True) for s in sensor.spans(np.arange(a, a + n))
     )
     text = (
-        f"{sensor.name}: the log has {count_noun(firsts.size, 'break')}, {longest:.3g} s at most."
+        f"{sensor.label}: the log has {count_noun(firsts.size, 'break')}, {longest:.3g} s at most."
     )
     yield _make_finding(sensor, "break", LIMITS["break"].severity(longest), text, longest, spans)
 
@@ -111,25 +128,29 @@ def _check_gaps(
     share = 100.0 * float(lengths.sum()) / sensor.log.n
     longest = 1e3 * float(lengths.max()) / sensor.log.rate
     text_start = (
-        f"{sensor.name}: {share:.2g} % of samples are lost in {count_noun(firsts.size, 'gap')}, "
-        f"the longest lost {longest:.4g} ms"
+        f"{sensor.label}: {shorten(share)} % of samples are lost in "
+        f"{count_noun(firsts.size, 'gap')}, the longest lost {longest:.4g} ms"
     )
     spans = sensor.spans(np.flatnonzero(lost), 0.0)
+    lost_severity = LIMITS["lost samples"].severity(share)
     if sensor.factor is None or not sensor.name.startswith("gyro"):
-        yield _make_finding(sensor, "gaps", "good", f"{text_start}.", share, spans)
+        yield _make_finding(sensor, "lost samples", lost_severity, f"{text_start}.", share, spans)
         return
     cost = math.degrees(sensor.factor * _gap_angle_error(sensor, firsts, lengths))
-    text = f"{text_start}; a straight line over them is wrong by about {cost:.2g} deg in all."
+    text = f"{text_start}; a straight line over them is wrong by about {shorten(cost)} deg in all."
     severity = LIMITS["gaps"].severity(cost)
     # So slow a log shows a part of the sensor's samples: what it lost says little of the sensor.
     severity = "look" if severity == "act" and sensor.log.rate < _SLOW_RATE_HZ else severity
-    yield _make_finding(sensor, "gaps", severity, text, cost, spans)
+    if RANKS[lost_severity] < RANKS[severity]:
+        yield _make_finding(sensor, "lost samples", lost_severity, text, share, spans)
+    else:
+        yield _make_finding(sensor, "gaps", severity, text, cost, spans)
 
 
 def _gap_angle_error(sensor: Sensor, firsts: Integers, lengths: Integers) -> float:
     """Return the error of the angle where gaps are bridged, by gaps of their length put near each.
 
-    Squares are summed over the gaps; of very many a part tells of all.
+    Squares are summed over the gaps; of very many a part represents all.
     """
     sampled_gaps = range(0, firsts.size, math.ceil(firsts.size / _MAX_GAPS))
     gap_errors = [_trial_errors(sensor, int(firsts[i]), int(lengths[i])) for i in sampled_gaps]
@@ -138,7 +159,7 @@ def _gap_angle_error(sensor: Sensor, firsts: Integers, lengths: Integers) -> flo
 
 
 def _trial_errors(sensor: Sensor, first: int, length: int) -> Floats:
-    """Return what a straight line over gaps would cost that begin near one, in the log's unit."""
+    """Return the errors of a straight line over gaps that begin near one, in the log's unit."""
     data, reach = sensor.log.data, max(_TRIAL_RANGE_GAPS * length, round(sensor.log.rate))
     low, high = max(1, first - reach), min(sensor.log.n - length - 1, first + reach)
     errors = []

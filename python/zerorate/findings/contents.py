@@ -1,22 +1,23 @@
-"""What is in a log: sensors, rates, units, and what was assumed to read it."""
+"""Contents of a log: sensors, rates, units, and assumptions made to read it."""
 
 from collections.abc import Iterator, Sequence
 
 from zerorate.findings.finding import Finding
 from zerorate.findings.imus import Imu
+from zerorate.record.devices import sensor_labels
 from zerorate.record.recording import Recording
 
 SECTION = "What is here"
 _SLOW_RATE_HZ = 50.0
-"""Hz below which motion and vibration are not told apart."""
+"""Hz below which motion and vibration are not distinguished."""
 
 
 def contents_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield what there is, what was assumed to read it, and what is too slow."""
+    """Yield findings on the contents, on assumptions made to read them, and on low rates."""
+    labels = sensor_labels(recording)
     for name, log in recording.items():
-        text = (
-            f"{name}: {log.channels} channels in {log.unit}, {log.n} samples at {log.rate:.6g} Hz."
-        )
+        samples = f"{log.n} samples at {log.rate:.6g} Hz"
+        text = f"{labels[name]}: {log.channels} channels in {log.unit}, {samples}."
         yield Finding(
             SECTION, "sensor", "good", text, log.rate, "Hz", figure=_figure_anchor(imus, name)
         )
@@ -24,7 +25,7 @@ def contents_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Fin
     for note in dict.fromkeys((*recording.notes, *notes)):
         yield Finding(SECTION, "reading", "good", f"{note[0].upper()}{note[1:]}.")
     for imu in imus:
-        yield from _check_imu(imu)
+        yield from _check_imu(imu, imu is imus[0])
 
 
 def _figure_anchor(imus: Sequence[Imu], name: str) -> str:
@@ -33,20 +34,20 @@ def _figure_anchor(imus: Sequence[Imu], name: str) -> str:
     )
 
 
-def _check_imu(imu: Imu) -> Iterator[Finding]:
+def _check_imu(imu: Imu, is_first: bool) -> Iterator[Finding]:
     for sensor in imu.sensors:
         if sensor.factor is None:
             yield Finding(
                 SECTION, "unit", "look",
-                f"{sensor.name}: its unit is not known, so no number of it is judged.",
+                f"{sensor.label}: its unit is not known, so none of its values is checked.",
                 figure=sensor.figure, advice="Give the unit with unit= or --unit.",
             )  # fmt: skip
     slow_sensors = [sensor for sensor in imu.sensors if sensor.log.rate < _SLOW_RATE_HZ]
-    if slow_sensors and imu.name == "IMU 0":
+    if slow_sensors and is_first:
         rate = slow_sensors[0].log.rate
         yield Finding(
             SECTION, "slow", "look",
-            f"{slow_sensors[0].name} has {rate:.3g} Hz: too slow to show vibration, noise "
+            f"{slow_sensors[0].label} has {rate:.3g} Hz: too slow to show vibration, noise "
             "or spikes.",
             rate, "Hz", figure=slow_sensors[0].figure,
             advice="Log the IMU at 100 Hz or more (PX4: SDLOG_PROFILE high rate; ArduPilot: "

@@ -1,4 +1,4 @@
-"""What to enter in PX4, ArduPilot, Kalibr and robot_localization, as their files have it."""
+"""Settings for PX4, ArduPilot, Kalibr and robot_localization, as their files have them."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ _MAX_POSE_COSINE: Final = np.cos(np.radians(30.0))
 
 
 class LogModels(NamedTuple):
-    """What a log tells for the settings of others.
+    """Models of a log for the settings of other programs.
 
     A model of the noise of the gyro and one of the accelerometer, a calibration, and why there is
-    none; None, or empty, where nothing is told.
+    none; None, or empty, where nothing is known.
     """
 
     gyro: NoiseModel | None
@@ -41,7 +41,7 @@ class LogModels(NamedTuple):
 
 
 def fit_log_models(recording: Recording, imu: Imu) -> LogModels:
-    """Return what the longest rest tells of noise, and the poses of a calibration, if any."""
+    """Return noise from the longest rest, and a calibration from the poses, if any."""
     models = [_fit_noise(imu, one) for one in (0, 1)]
     calibration, missing = _fit_calibration(recording, imu)
     return LogModels(models[0], models[1], calibration, missing)
@@ -80,7 +80,7 @@ def _fit_calibration(recording: Recording, imu: Imu) -> tuple[Calibration | None
 
 
 def _is_posed(imu: Imu) -> bool:
-    """Return whether rests are in many directions, as those of a calibration are."""
+    """Return True if rests have as many directions as a calibration needs."""
     if imu.accel is None or len(imu.rests) < _MIN_POSES:
         return False
     directions: list[Floats] = []
@@ -93,7 +93,7 @@ def _is_posed(imu: Imu) -> bool:
 
 
 def settings_findings(imu: Imu, models: LogModels) -> Iterator[Finding]:
-    """Yield the settings of each program that the log tells, as lines of its own files."""
+    """Yield the settings of each program that the log determines, as lines of its own files."""
     longest = max(imu.rests, key=lambda rest: rest.seconds, default=None)
     static_spans = () if longest is None else rest_spans([longest])
     for program, write in _noise_files(imu, models).items():

@@ -1,4 +1,4 @@
-"""A finding: what is seen of one kind, how bad, how well known, when, and what to do."""
+"""A finding: an observation of one kind, its severity, error, time, and advice."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RANKS: Final = {"act": 0, "look": 1, "good": 2}
 
 @dataclass(frozen=True)
 class Finding:
-    """What is seen of a log, as data.
+    """Finding on a log, as data.
 
     Parameters
     ----------

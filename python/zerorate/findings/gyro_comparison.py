@@ -18,7 +18,7 @@ _MAX_WINDOWS: Final = 90
 _MAX_DELAY_S: Final = 0.5
 """Largest delay that is looked for, s."""
 _JACKKNIFE_PARTS: Final = 12
-"""Parts of equal evidence whose jackknife tells the errors."""
+"""Number of parts of equal evidence for the jackknife of the errors."""
 _MIN_CELLS: Final = 200
 MIN_CORRELATION: Final = 0.95
 """Correlation of what two gyros of one body show."""
@@ -32,10 +32,10 @@ _DELAY_TOLERANCE_S: Final = 1e-5
 
 
 class GyroDifference(NamedTuple):
-    """How a second gyro differs from a first.
+    """Difference of a second gyro from a first.
 
     The rate of the first at t is that of the second at t + delay, turned by `matrix` and times
-    `scale` along the axes of the first. Sigmas are infinite where turns do not tell.
+    `scale` along the axes of the first. Sigmas are infinite if rotations do not determine them.
     """
 
     correlation: float
@@ -95,7 +95,7 @@ class _GyroIntegral:
         return angle, first + u * (2.0 * bend + 3.0 * u * twist) / step
 
     def is_unbroken(self, low: Floats, high: Floats) -> Booleans:
-        """Return whether each span is inside the log and has no gap, no NaN and no clipping."""
+        """Return the mask of spans inside the log without a gap, a NaN or clipping."""
         inside = (low > self.time[0]) & (high < self.time[-1])
         a = np.clip(np.searchsorted(self.time, low) - 1, 0, len(self.holes) - 1)
         b = np.clip(np.searchsorted(self.time, high), 0, len(self.holes) - 1)
@@ -103,7 +103,7 @@ class _GyroIntegral:
 
 
 def compare_gyros(first: Sensor, second: Sensor) -> GyroDifference | None:
-    """Return how a gyro differs from another, None where they turn too little to tell.
+    """Return the difference of a gyro from another, None where they turn too little for it.
 
     Mean rates over cells of 0.04 s, by integrals of both, follow a linear model of nine numbers, a
     bias and a delay (Gauss-Newton); its polar decomposition is rotation and scale. Errors are those
@@ -127,7 +127,7 @@ def compare_gyros(first: Sensor, second: Sensor) -> GyroDifference | None:
             break
         delay += step
     difference = _estimate_difference(usable_cells.rates, rates, changes @ linear.T, delay)
-    # Where no delay fits there is none to tell, and the two may be of two bodies.
+    # If no delay fits there is none to report, and the two may be of two bodies.
     return (
         difference if abs(step) < _DELAY_TOLERANCE_S else difference._replace(delay_sigma=math.inf)
     )
@@ -156,7 +156,7 @@ def _select_cells(first: Sensor, mine: _GyroIntegral, its: _GyroIntegral) -> _Ce
 
 
 def _mean_rates_at_delay(cells: _Cells, its: _GyroIntegral, delay: float) -> tuple[Floats, Floats]:
-    """Return mean rates of the second, later by a delay, and how they change with it."""
+    """Return mean rates of the second, later by a delay, and their derivatives by it."""
     (below, slow), (above, fast) = its.at(cells.low + delay), its.at(cells.high + delay)
     length = (cells.high - cells.low)[:, np.newaxis]
     return (above - below) / length, (fast - slow) / length
@@ -199,7 +199,7 @@ def _normal_sums(mine: Floats, its: Floats, delay_slopes: Floats) -> tuple[Float
 
 
 def _solve_sums(sums: tuple[Floats, ...]) -> tuple[float, Floats, Floats]:
-    """Return what is to be added to the delay, the linear map and the offset."""
+    """Return the steps of the delay, the linear map and the offset."""
     gram, onto, along, (size, projection) = sums
     inverse = np.linalg.pinv(gram, hermitian=True)
     rest = size - float((along * (inverse @ along)).sum())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, TypeVar
@@ -10,6 +10,7 @@ from typing import Final, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.record.devices import sensor_labels
 from zerorate.record.log import Log, LogError
 from zerorate.record.recording import Recording
 from zerorate.record.runs import runs, runs_of_rows
@@ -21,18 +22,18 @@ GRAVITY_M_S2: Final = 9.80665
 BLOCK_S: Final = 0.5
 """Seconds of a block."""
 _MIN_RATE_HZ: Final = 10.0
-"""Hz of a sensor of which blocks tell whether it rests."""
+"""Least rate of a sensor for a test of rest by blocks, Hz."""
 _MIN_REST_BLOCKS: Final = 4
 """Blocks of the shortest rest."""
 _AXES: Final = 3
 _MAX_MEDIAN_SAMPLES: Final = 100_000
 _MIN_PRESENT_SHARE: Final = 0.5
-"""Share of a block's samples without which it tells nothing."""
+"""Least share of a block's samples for its use."""
 
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """Mean and scatter of a sensor in each block, SI, shape (m, 3), and whether it is there."""
+    """Mean and scatter of a sensor in each block, SI, shape (m, 3), and a mask of presence."""
 
     mean: Floats
     scatter: Floats
@@ -54,9 +55,10 @@ class StaticInterval:
 
 @dataclass(frozen=True, eq=False)
 class Sensor:
-    """A log of three axes, what makes SI of its numbers, and the anchor of its figure."""
+    """A log of three axes, its factor into SI, and its name."""
 
     name: str
+    label: str
     log: Log
     factor: float | None
     start: float
@@ -138,7 +140,7 @@ class Imu:
 
     @cached_property
     def still(self) -> Booleans:
-        """Whether each block may be one of a rest."""
+        """Mask of blocks that may belong to a rest."""
         gyro, accel = self.gyro, self.accel
         if gyro is None or accel is None or None in (gyro.factor, accel.factor):
             return np.zeros(0, dtype=bool)
@@ -167,7 +169,7 @@ class Imu:
 def _is_quiet(
     scatter: Floats, present: Booleans, max_scatter: float, min_scatter: float
 ) -> Booleans:
-    """Return whether blocks scatter as little as the quietest twentieth of them, about."""
+    """Return the mask of blocks that scatter about as little as the quietest twentieth."""
     worst = scatter.max(axis=1)
     present_scatter = worst[present & np.isfinite(worst)]
     floor = float(np.quantile(present_scatter, 0.05)) if present_scatter.size else 0.0
@@ -191,13 +193,21 @@ def find_imus(recording: Recording) -> tuple[Imu, ...]:
     """Return the IMUs of a recording, those with both sensors of one name and number."""
     start = start_time(recording)
     numbers = dict.fromkeys(_list_imu_numbers(recording))
+    labels = sensor_labels(recording)
     imu_list = []
     for number in numbers:
-        gyro = _read_sensor(recording, f"gyro{number}", "rad/s", start)
-        accel = _read_sensor(recording, f"accel{number}", "m/s^2", start)
+        gyro = _read_sensor(recording, f"gyro{number}", labels, start)
+        accel = _read_sensor(recording, f"accel{number}", labels, start)
         if gyro is not None or accel is not None:
-            imu_list.append(Imu(f"IMU {number.removeprefix('_') or '0'}", gyro, accel))
+            imu_list.append(Imu(_imu_name(number, gyro, accel), gyro, accel))
     return tuple(imu_list)
+
+
+def _imu_name(number: str, gyro: Sensor | None, accel: Sensor | None) -> str:
+    """Return the device's name of labels such as ``imu2 gyro``, else its number in the file."""
+    sensor = gyro or accel
+    device = "" if sensor is None else sensor.label.rpartition(" ")[0]
+    return device or f"IMU {number.removeprefix('_') or '0'}"
 
 
 def _list_imu_numbers(recording: Recording) -> Iterator[str]:
@@ -207,11 +217,14 @@ def _list_imu_numbers(recording: Recording) -> Iterator[str]:
             yield f"_{number}" if number else ""
 
 
-def _read_sensor(recording: Recording, name: str, unit: str, start: float) -> Sensor | None:
-    log = recording.get(name)
+def _read_sensor(
+    recording: Recording, name: str, labels: Mapping[str, str], start: float
+) -> Sensor | None:
+    log, unit = recording.get(name), "rad/s" if name.startswith("gyro") else "m/s^2"
     if log is None or log.channels != _AXES:
         return None
     if np.isinf(log.data).any():
         log = log.with_data(np.where(np.isinf(log.data), np.nan, log.data))
     is_convertible = log.unit in UNITS and UNITS[log.unit].kind == UNITS[unit].kind
-    return Sensor(name, log, float(convert(1.0, log.unit, unit)) if is_convertible else None, start)
+    factor = float(convert(1.0, log.unit, unit)) if is_convertible else None
+    return Sensor(name, labels[name], log, factor, start)

@@ -1,11 +1,10 @@
-"""The magnetometer's disturbance: what the gyro says of its iron, and when no iron explains it."""
+"""The magnetometer's disturbance: its iron by the gyro, and spans that no iron explains."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -13,10 +12,10 @@ import numpy as np
 from zerorate.calibration.magnet.calibrate import calibrate_magnetometer
 from zerorate.calibration.magnet.spans import Span
 from zerorate.calibration.magnetometer import MagnetometerCalibration
-from zerorate.findings.finding import Finding, count_noun
+from zerorate.findings.finding import Finding
 from zerorate.findings.imus import BLOCK_S, Imu, Sensor, cut_log
 from zerorate.findings.limits import LIMITS
-from zerorate.numerals import format_with_error
+from zerorate.numerals import format_with_error, shorten
 from zerorate.record.log import LogError
 from zerorate.record.recording import Recording
 
@@ -26,7 +25,7 @@ _MAX_CALIBRATED_S: Final = 240.0
 
 
 def magnetometer_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield what turning shows of the iron near the first magnetometer, and of its field."""
+    """Yield findings on the iron near the first magnetometer, and on its field, by rotation."""
     imu = next((candidate for candidate in imus if candidate.still.size), None)
     if imu is None or imu.gyro is None or recording.mag is None:
         return
@@ -74,7 +73,8 @@ def _check_iron(calibration: MagnetometerCalibration, gyro: Sensor) -> Iterator[
             SECTION, "field", "good",
             "The field that the magnetometer shows is "
             f"{format_with_error(field.value, field.sigma)} "
-            f"{calibration.unit}, {abs(dip):.3g} deg {'below' if dip > 0 else 'above'} the level.",
+            f"{calibration.unit}, {shorten(abs(dip), 3)} deg {'below' if dip > 0 else 'above'} the "
+            "level.",
             field.value, calibration.unit, field.sigma, figure=gyro.figure,
         )  # fmt: skip
     errors = [
@@ -83,16 +83,16 @@ def _check_iron(calibration: MagnetometerCalibration, gyro: Sensor) -> Iterator[
         if group.applied
     ]
     if not errors:
-        text = "The magnetometer's samples turn as the gyro says: no hard iron is to be taken off."
+        text = "The magnetometer's samples turn with the gyro: no hard iron needs to be subtracted."
         yield Finding(SECTION, "heading error", "good", text, figure=gyro.figure)
         return
     worst, group = max(errors)
     size = math.hypot(*calibration.groups[group].hard_iron)
     yield Finding(
         SECTION, "heading error", LIMITS["heading error"].severity(worst),
-        f"A hard iron of {size:.3g} {calibration.unit} turns the heading of a level sensor "
+        f"A hard iron of {shorten(size, 3)} {calibration.unit} turns the heading of a level sensor "
         "by up to "
-        f"{worst:.2g} deg, where no one takes it off.",
+        f"{shorten(worst)} deg, where no one takes it off.",
         worst, "deg", None, _spans_where(calibration, gyro, lambda span: span.group == group),
         gyro.figure,
         "Calibrate the magnetometer where it is mounted: "
@@ -101,13 +101,16 @@ def _check_iron(calibration: MagnetometerCalibration, gyro: Sensor) -> Iterator[
 
 
 def _check_disturbance(calibration: MagnetometerCalibration, gyro: Sensor) -> Iterator[Finding]:
-    known = [one for one in calibration.spans if one.kind != "disturbed"]
-    changes = [other for one, other in pairwise(known) if one.group != other.group]
-    if changes:
-        starts = tuple((one.start - gyro.start, one.start - gyro.start + 1.0) for one in changes)
+    if changes := calibration.iron_changes:
+        times = [start - gyro.start for start, _ in changes]
+        starts = tuple((time, time + 1.0) for time in times)
+        listed = ", ".join(
+            f"by {size:.3g} {calibration.unit} at {time:.0f} s"
+            for time, (_, size) in zip(times, changes, strict=True)
+        )
         yield Finding(
             SECTION, "iron changes", LIMITS["iron changes"].severity(len(changes)),
-            f"The hard iron of the magnetometer changes {count_noun(len(changes), 'time')}.",
+            f"The hard iron of the magnetometer changes {listed}.",
             float(len(changes)), "", None, starts, gyro.figure,
             "Record again with everything that carries current or iron where it stays.",
         )  # fmt: skip
@@ -115,7 +118,7 @@ def _check_disturbance(calibration: MagnetometerCalibration, gyro: Sensor) -> It
         share = 100.0 * calibration.disturbed
         yield Finding(
             SECTION, "disturbed", LIMITS["disturbed"].severity(share),
-            f"No hard iron explains the magnetometer's field in {share:.2g} % of the log.",
+            f"No hard iron explains the magnetometer's field in {shorten(share)} % of the log.",
             share, "%", None,
             _spans_where(calibration, gyro, lambda span: span.kind == "disturbed"),
             gyro.figure, "Leave these spans out of any heading.",

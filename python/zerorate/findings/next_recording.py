@@ -1,4 +1,4 @@
-"""What is not identifiable in a log, and what to record so that it is."""
+"""Quantities that a log leaves unidentifiable, and the recording that would determine them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LONG_REST_ADVICE: Final = "Ten minutes at rest, on a firm table"
 def next_record_findings(
     recording: Recording, imu: Imu, models: LogModels, findings: Sequence[Finding]
 ) -> Iterator[Finding]:
-    """Yield what this log does not determine, with the record that would."""
+    """Yield the quantities that this log does not determine, with the record that would."""
     missing_by_advice: dict[str, list[str]] = {}
     for what, advice in _list_missing(recording, imu, models, findings):
         missing_by_advice.setdefault(advice, []).append(what)
@@ -40,7 +40,7 @@ def next_record_findings(
 def _list_missing(
     recording: Recording, imu: Imu, models: LogModels, findings: Sequence[Finding]
 ) -> Iterator[tuple[str, str]]:
-    """Yield what is not known, and what to record."""
+    """Yield each unknown quantity with advice for a recording."""
     longest = max((rest.seconds for rest in imu.rests), default=0.0)
     if imu.sensors[0].log.rate < _MIN_VIBRATION_RATE_HZ:
         yield "vibration", "Gyro and accelerometer at 100 Hz and more"
@@ -57,7 +57,7 @@ def _list_missing(
             "Twelve poses and more, five seconds each, with turns between them",
         )
     if "temperature" not in recording:
-        yield "the bias by temperature", "The sensor's temperature, beside its samples"
+        yield "the bias by temperature", "The sensor's temperature, with its samples"
     elif any(one.kind == "bias by temperature" and one.value is None for one in findings):
         yield "the bias by temperature", "Still from cold until it is warm, and cool again"
     yield from _list_missing_motion(recording, findings)

@@ -1,4 +1,4 @@
-"""IMUs of one body against one another: what turns and rests tell, and the odd one of three."""
+"""IMUs of one body against one another: differences in motion and at rest, and the odd one."""
 
 from __future__ import annotations
 
@@ -17,41 +17,41 @@ from zerorate.numerals import format_with_error
 from zerorate.types import Booleans, Floats
 
 SECTION: Final = "IMUs against one another"
-_MAX_IMUS: Final = 3
-"""IMUs that are compared: autopilots have three."""
+_MIN_VOTERS: Final = 3
+"""IMUs without which none is the odd one."""
 _TURNING_RATE_RAD_S: Final = 0.2
 """Rad/s of a block that turns."""
 _MIN_TURNING_BLOCKS: Final = 20
-"""Blocks that turn, without which turns tell nothing."""
+"""Fewest blocks with rotation for a comparison."""
 _MAX_ROTATION_SIGMA_DEG: Final = 1.0
-"""Error, deg, with which a rotation is still told."""
+"""Largest error of a rotation that is reported, deg."""
 _MAX_DELAY_SIGMA_MS: Final = 5.0
-"""Error, ms, with which a delay is still told."""
+"""Largest error of a delay that is reported, ms."""
 _MAX_SCALE_SIGMA: Final = 0.01
-"""Error with which a scale is still told."""
+"""Largest error of a scale that is reported."""
 _MIN_CALM_BLOCKS: Final = 8
 _MAX_TILT_RAD: Final = math.radians(10.0)
 _OUTLIER_RATIO: Final = 3.0
-"""How many times farther the odd one of three is from the others than they are apart."""
+"""How many times farther the odd one is from the others than they are apart."""
 _QUANTITIES: Final = {
     "delay": "delay",
     "scales differ": "scale",
     "gyros differ": "the gyro's bias",
     "accels differ": "the accelerometer's bias",
 }
-"""What may make one of three the odd one, by the kind of its finding."""
+"""What may make an IMU the odd one, by the kind of its finding."""
 
 
 def pair_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
     """Yield the differences of each two IMUs that are seen to be on one body, and the odd one."""
-    usable = [imu for imu in imus if imu.still.size and imu.gyro is not None][:_MAX_IMUS]
+    usable = [imu for imu in imus if imu.still.size and imu.gyro is not None]
     findings = {
         (one.name, other.name): list(_compare_pair(one, other))
         for one, other in combinations(usable, 2)
     }
     for listed in findings.values():
         yield from listed
-    if len(usable) == _MAX_IMUS:
+    if len(usable) >= _MIN_VOTERS:
         yield from find_outlier_imu(usable, findings)
 
 
@@ -84,7 +84,7 @@ def _compare_pair(one: Imu, other: Imu) -> Iterator[Finding]:
 
 
 def _compare_turning(one: Imu, other: Imu, present: Booleans) -> GyroDifference | None:
-    """Return how two gyros differ by turns, None where too few are."""
+    """Return the difference of two gyros by rotations, None where there are too few."""
     if one.gyro is None or other.gyro is None:
         return None
     rates = (imu.gyro.blocks.mean[: len(present)] for imu in (one, other) if imu.gyro is not None)
@@ -112,7 +112,7 @@ def _describe_turning(one: Imu, other: Imu, difference: GyroDifference) -> Itera
         order = "later" if delay >= 0.0 else "earlier"
         yield Finding(
             SECTION, "delay", _severity_beyond_error("delay", abs(delay), sigma),
-            f"{its.name} is {format_with_error(abs(delay), sigma)} ms {order} than {mine.name}.",
+            f"{its.label} is {format_with_error(abs(delay), sigma)} ms {order} than {mine.label}.",
             abs(delay), "ms", sigma, (), mine.figure,
             "Shift the one by it before the two are compared or averaged.",
         )  # fmt: skip
@@ -127,21 +127,21 @@ def _describe_turning(one: Imu, other: Imu, difference: GyroDifference) -> Itera
         )
         yield Finding(
             SECTION, "scales differ", _severity_beyond_error("scales differ", value, error),
-            f"{mine.name} shows {scales} of what {its.name} does.",
+            f"{mine.label} shows {scales} of what {its.label} does.",
             value, "%", error, (), mine.figure,
-            "Turn each axis by a known angle to tell which of them is right: `zerorate calibrate`.",
+            "Turn each axis by a known angle to find which of them is right: `zerorate calibrate`.",
         )  # fmt: skip
 
 
 def _severity_beyond_error(kind: str, value: float, sigma: float) -> Severity:
-    """Return the severity of a value that errors may have made: two of them are taken off."""
+    """Return the severity of a value after two standard errors are subtracted."""
     return LIMITS[kind].severity(max(value - 2.0 * sigma, 0.0))
 
 
 def find_outlier_imu(
     usable: Sequence[Imu], findings: Mapping[tuple[str, str], Sequence[Finding]]
 ) -> Iterator[Finding]:
-    """Yield of which of three IMUs each quantity is far from those of the others, which agree."""
+    """For each quantity, yield the IMUs that disagree with the others, which agree."""
     for kind, what in _QUANTITIES.items():
         values = {
             pair: finding
@@ -149,17 +149,21 @@ def find_outlier_imu(
             for finding in listed
             if finding.kind == kind and finding.value is not None
         }
-        if len(values) < _MAX_IMUS:
+        compared = {name for pair in values for name in pair}
+        if len(compared) < _MIN_VOTERS:
             continue
-        for imu in usable:
+        for imu in (imu for imu in usable if imu.name in compared):
             own_differences = [finding for pair, finding in values.items() if imu.name in pair]
-            (remaining,) = [finding for pair, finding in values.items() if imu.name not in pair]
+            others = [finding for pair, finding in values.items() if imu.name not in pair]
+            if not others:
+                continue
+            remaining = sorted(others, key=lambda one: one.value or 0.0)[len(others) // 2]
             if _is_outlier(own_differences, remaining):
-                yield _describe_outlier(imu, what, own_differences, remaining)
+                yield _describe_outlier(imu, what, len(compared), own_differences, remaining)
 
 
 def _is_outlier(own_differences: Sequence[Finding], remaining: Finding) -> bool:
-    """Whether both differences from one are three times that of the other two, beyond errors."""
+    """Return True if all differences from one are three times the others' median, beyond errors."""
     near = min(own_differences, key=lambda one: one.value or 0.0)
     mine, its = near.value or 0.0, remaining.value or 0.0
     sigma = math.hypot(near.sigma or 0.0, remaining.sigma or 0.0)
@@ -167,19 +171,18 @@ def _is_outlier(own_differences: Sequence[Finding], remaining: Finding) -> bool:
 
 
 def _describe_outlier(
-    imu: Imu, what: str, own_differences: Sequence[Finding], remaining: Finding
+    imu: Imu, what: str, count: int, own_differences: Sequence[Finding], remaining: Finding
 ) -> Finding:
-    own_texts, remaining_texts = (
-        [format_with_error(one.value or 0.0, one.sigma or 0.0) for one in some]
-        for some in (own_differences, [remaining])
+    nearest = min(own_differences, key=lambda one: one.value or 0.0)
+    own, rest = (
+        f"{format_with_error(one.value or 0.0, one.sigma or 0.0)} {remaining.unit}"
+        for one in (nearest, remaining)
     )
-    worst = min(own_differences, key=lambda one: one.value or 0.0)
     return Finding(
-        SECTION, "odd one", worst.severity,
-        f"Of three, {imu.name} is the odd one by {what}: {' and '.join(own_texts)} "
-        f"{remaining.unit} from the "
-        f"others, which differ by {remaining_texts[0]} {remaining.unit}.",
-        worst.value, remaining.unit, worst.sigma, (), imu.sensors[0].figure,
+        SECTION, "odd one", nearest.severity,
+        f"Of {count} IMUs, {imu.name} is the odd one by {what}: at least {own} from the others, "
+        f"which differ by {rest}{'' if count == _MIN_VOTERS else ' (median)'}.",
+        nearest.value, remaining.unit, nearest.sigma, (), imu.sensors[0].figure,
         "Leave it out, or look at its mount, its range and its filter.",
     )  # fmt: skip
 
@@ -190,7 +193,7 @@ def _angle_between(one: Floats, other: Floats) -> float:
 
 
 def _is_parallel(one: Imu, other: Imu, calm: Booleans) -> bool:
-    """Whether gravity points alike at rest, where no turn tells the axes."""
+    """Return True if gravity has the same direction in both at rest."""
     if one.accel is None or other.accel is None:
         return False
     mine, its = (imu.accel.blocks.mean[: len(calm)][calm] for imu in (one, other) if imu.accel)
@@ -199,7 +202,7 @@ def _is_parallel(one: Imu, other: Imu, calm: Booleans) -> bool:
 
 
 def _compare_means(kind: str, mine: Sensor, its: Sensor, matrix: Floats, calm: Booleans) -> Finding:
-    """Return how far the means of two sensors are apart over calm blocks, by tenths of them."""
+    """Return the difference between the means of two sensors over calm blocks, and its error."""
     off = mine.blocks.mean[: len(calm)][calm] - its.blocks.mean[: len(calm)][calm] @ matrix.T
     factor = math.degrees(1.0) if kind == "gyros differ" else 1.0
     mean = factor * np.median(off, axis=0)
@@ -211,8 +214,8 @@ def _compare_means(kind: str, mine: Sensor, its: Sensor, matrix: Floats, calm: B
     seconds = BLOCK_S * np.count_nonzero(calm)
     return Finding(
         SECTION, kind, limit.severity(size, sigma),
-        f"{mine.name} and {its.name} differ by {format_with_error(size, sigma)} {limit.unit} over "
-        f"{seconds:.3g} calm seconds.",
+        f"{mine.label} and {its.label} differ by {format_with_error(size, sigma)} {limit.unit} "
+        f"over {seconds:.3g} calm seconds.",
         size, limit.unit, sigma, mine.spans(np.arange(0)), mine.figure,
-        "Keep it still for ten seconds in several poses; of three IMUs, the odd one shows.",
+        "Keep it still for ten seconds in several poses; of three IMUs or more, the odd one shows.",
     )  # fmt: skip

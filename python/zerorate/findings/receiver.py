@@ -1,4 +1,4 @@
-"""The receiver: what it and the sensors say of each other, its clock, its own deviations."""
+"""The receiver: checks against the sensors, its clock, its own deviations."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from zerorate.findings.imus import Imu, Sensor, cut_log
 from zerorate.findings.limits import LIMITS, Severity
 from zerorate.navigation.begin import Beginning, Vehicle, find_beginning
 from zerorate.navigation.selfcheck import NavigationChecks, NavigationFinding
-from zerorate.numerals import format_with_error
+from zerorate.numerals import format_with_error, shorten
 from zerorate.record.fixes import Fixes
 from zerorate.record.log import LogError
 from zerorate.record.offset import TimeOffset
@@ -28,7 +28,7 @@ _MAX_NAVIGATED_S: Final = 900.0
 _LEAD_S: Final = 60.0
 """Seconds of them before it first moves."""
 _MIN_FIXES: Final = 30
-"""Fixes without which nothing is told."""
+"""Fewest fixes for a finding."""
 _COARSE_OFFSET_S: Final = 1.0
 _CHI2_MEDIAN: Final = 2.366
 """Of chi squared of three degrees: of the innovations of a position, or of a velocity."""
@@ -45,7 +45,7 @@ def _read_fixes(recording: Recording) -> Fixes | None:
 def receiver_findings(
     recording: Recording, imus: Sequence[Imu], fixes: Fixes | None
 ) -> Iterator[Finding]:
-    """Yield what is seen of a receiver: contradictions, its clock, innovations."""
+    """Yield findings on a receiver: contradictions, its clock, innovations."""
     imu = next((candidate for candidate in imus if candidate.still.size), None)
     if imu is None or imu.gyro is None or imu.accel is None:
         return
@@ -61,7 +61,7 @@ def receiver_findings(
     step = float(np.median(np.diff(fixes.time)))
     yield Finding(
         SECTION, "fixes", "good",
-        f"{len(fixes)} fixes, one in {step:.3g} s, "
+        f"{len(fixes)} fixes, one in {shorten(step, 3)} s, "
         f"{'with' if fixes.velocity is not None else 'without'} velocities.",
         float(len(fixes)), figure=gyro.figure,
     )  # fmt: skip
@@ -74,7 +74,7 @@ def receiver_findings(
         if all(candidate.what == "clock" for candidate in mistakes):
             yield from _check_navigation(sensors, fixes, checks, gyro)
     except LogError:
-        text = "The fixes lead no track in this log: neither their clock nor their errors are told."
+        text = "The fixes lead no track in this log: their clock and their errors are unknown."
         yield Finding(SECTION, "track", "good", text, figure=gyro.figure)
 
 
@@ -133,7 +133,7 @@ def _select_navigable_part(
 
 
 def _motion_start(fixes: Fixes) -> float:
-    """Return when the receiver first moves by metres, s."""
+    """Return the time at which the receiver first moves by metres, s."""
     positions = fixes.position[:, :2]
     is_displaced = (
         np.abs(positions - np.nanmedian(positions[:_MIN_FIXES], axis=0)).max(axis=1) > 1e-4
@@ -180,7 +180,7 @@ def _early_or_late(seconds: float) -> str:
 
 
 def _check_innovations(start: Beginning, fixes: Fixes, gyro: Sensor) -> Iterator[Finding]:
-    """Yield by how much innovations are larger than the receiver's deviations let expect."""
+    """Yield the ratio of innovations to the receiver's standard deviations."""
     nav = start.filter(adapt="fixed")
     offset = start.time_offset
     track = nav.process(start.recording, fixes, time_offset=offset, keep="track")
@@ -192,14 +192,14 @@ def _check_innovations(start: Beginning, fixes: Fixes, gyro: Sensor) -> Iterator
         if len(finite) < _MIN_FIXES:
             continue
         ratio, error = _innovation_ratio(finite)
-        expectation = "the deviations that they tell" if sigma is not None else "usual ones"
+        expectation = "their stated deviations" if sigma is not None else "usual ones"
         yield Finding(
             SECTION, "innovations", LIMITS["innovations"].severity(ratio),
             f"Innovations of {what} are {format_with_error(ratio, error)} times as large "
             f"as {expectation} let "
             "expect.",
             ratio, "", error, (), gyro.figure,
-            "Tell the filter larger ones, or let it adapt (`adapt='inflate'`).",
+            "Give the filter larger ones, or let it adapt (`adapt='inflate'`).",
         )  # fmt: skip
 
 

@@ -53,7 +53,7 @@ _VERSION: Final = 1
 
 @dataclass(frozen=True)
 class _ReportInput:
-    """What is looked at: a recording, its IMUs, fixes, remarks, and the findings so far."""
+    """Input of a report: a recording, its IMUs, fixes, remarks, and earlier findings."""
 
     recording: Recording
     imus: tuple[Imu, ...]
@@ -63,22 +63,22 @@ class _ReportInput:
 
     @cached_property
     def models(self) -> LogModels:
-        """What the first IMU tells for the settings of others."""
+        """Models of the first IMU for the settings of other programs."""
         return fit_log_models(self.recording, self.imus[0])
 
     def remark_findings(self, check: str, section: str, sensor: str) -> Iterator[Finding]:
-        """Yield what the preparation says against the recording in one of its checks."""
+        """Yield the alarms that one check of the preparation raised about the recording."""
         figure = next((s.figure for imu in self.imus for s in imu.sensors if s.name == sensor), "")
         for remark in self.remarks:
             if remark.check == check and remark.alarm:
                 yield Finding(section, check, "act", as_sentence(remark.text), figure=figure)
 
     def settings_findings(self) -> Iterator[Finding]:
-        """Yield what to enter."""
+        """Yield findings with the settings to enter."""
         return settings_findings(self.imus[0], self.models)
 
     def next_record_findings(self) -> Iterator[Finding]:
-        """Yield what to record next."""
+        """Yield findings with the data to record next."""
         return next_record_findings(self.recording, self.imus[0], self.models, self.findings)
 
 
@@ -112,7 +112,7 @@ SECTIONS: Final[dict[str, Callable[[_ReportInput], Iterator[Finding]]]] = {
 
 @dataclass(frozen=True, eq=False)
 class Report(Result):
-    """What is seen of a log, as `zerorate.report` returns it.
+    """Findings on a log, as `zerorate.report` returns it.
 
     Parameters
     ----------
@@ -137,17 +137,26 @@ class Report(Result):
 
     @property
     def alarms(self) -> tuple[str, ...]:
-        """What to act on, a sentence each."""
+        """Findings to act on, a sentence each."""
         return tuple(finding.text for finding in self.findings if finding.severity == "act")
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was assumed to read the log, and mended in it, a sentence each."""
+        """Assumptions made to read the log, and corrections in it, a sentence each."""
         return tuple(finding.text for finding in self.findings if finding.kind == "reading")
 
     def count(self, severity: str) -> int:
-        """Return how many findings are of a severity: ``"good"``, ``"look"`` or ``"act"``."""
+        """Return the number of findings of a severity: ``"good"``, ``"look"`` or ``"act"``."""
         return sum(finding.severity == severity for finding in self.findings)
+
+    def findings_from(self, level: str) -> tuple[Finding, ...]:
+        """Return the findings of a severity or a worse one, the worst first.
+
+        `level`: ``"act"``, ``"look"``, or ``"none"`` for no finding.
+        """
+        if level == "none":
+            return ()
+        return tuple(one for one in self.urgent_findings if RANKS[one.severity] <= RANKS[level])
 
     @property
     def urgent_findings(self) -> tuple[Finding, ...]:
@@ -157,17 +166,19 @@ class Report(Result):
 
     @property
     def empty(self) -> tuple[str, ...]:
-        """Sections of which the log shows nothing, and what is not looked at."""
+        """Sections without findings in the log, and omitted checks."""
         return tuple(name for name in SECTIONS if all(name != f.section for f in self.findings))
 
     @property
     def summary(self) -> str:
-        """One line: how many findings ask for what."""
+        """One line: the numbers of findings by severity."""
         act, look = self.count("act"), self.count("look")
+        good = [o for o in self.findings if o.severity == "good" and o.value is not None]
         if not act and not look:
-            return "Nothing in this log passes a limit."
-        good_count = sum(o.severity == "good" and o.value is not None for o in self.findings)
-        return f"{act} to act on, {look} to look at; {good_count} within their limits."
+            sections = dict.fromkeys(o.section for o in good if o.section != CONTENTS)
+            checked = ", ".join(name.lower().removeprefix("the ") for name in sections)
+            return f"All within limits: {len(good)} numbers of {checked or 'the log'}."
+        return f"{act} to act on, {look} to look at; {len(good)} within their limits."
 
     def to_json(self) -> str:
         """Return all findings as JSON, null where a number is not known."""
@@ -195,7 +206,7 @@ def findings_of(
     remarks: Sequence[Remark] = (),
     progress: Progress | None = None,
 ) -> Report:
-    """Return what is seen of the IMU of a recording: clock, samples, rests, noise, vibration, axes.
+    """Return findings on a recording's IMU: clock, samples, rests, noise, vibration, axes.
 
     `zerorate.report` prepares the recording first.
 
@@ -233,7 +244,7 @@ def findings_of(
     for number, (name, find) in enumerate(SECTIONS.items()):
         if progress is not None:
             progress(name.lower(), number / len(SECTIONS))
-        # Numbers so wild that they overflow pass no limit.
+        # Values so large that they overflow pass no limit.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             report_input.findings.extend(find(report_input))
     return Report(tuple(report_input.findings), recording.source, recording)

@@ -1,4 +1,4 @@
-"""Rests of an IMU: when, the gyro's bias and how it moves, gravity, and noise."""
+"""Rests of an IMU: their times, the gyro's bias and its change, gravity, and noise."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import numpy as np
 from zerorate.findings.finding import Finding, Spans, count_noun
 from zerorate.findings.imus import BLOCK_S, GRAVITY_M_S2, Imu, Sensor, StaticInterval
 from zerorate.findings.limits import LIMITS
-from zerorate.numerals import format_with_error
+from zerorate.numerals import format_with_error, shorten
 from zerorate.types import Floats
 
 SECTION: Final = "Rest and bias"
 NOISE_SECTION: Final = "Noise at rest"
 MIN_BIAS_REST_S, MIN_NOISE_REST_S = 4.0, 12.0
-"""Seconds of a rest that tells of the bias, and of the noise."""
+"""Shortest rest for the bias, and for the noise, s."""
 _MAX_HALF_DIFFERENCE_RAD_S: Final = math.radians(0.3)
 _MAX_BIAS_DEG_S: Final = 10.0
 """Largest bias, deg/s, that a gyro is believed to have, as of `zerorate.Attitude`."""
@@ -33,13 +33,14 @@ _ONE_SIDED_FACTOR: Final = math.sqrt(2.0)
 
 
 def rest_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield when each IMU rests, its bias, and its gravity."""
+    """Yield findings on the rests of each IMU, its bias, and its gravity."""
     for imu in imus:
         if not imu.rests:
             continue
         seconds = sum(rest.seconds for rest in imu.rests)
         text = (
-            f"{imu.name} rests for {seconds:.4g} s in all, in {count_noun(len(imu.rests), 'rest')}."
+            f"{imu.name} rests for {shorten(seconds, 4)} s in all, "
+            f"in {count_noun(len(imu.rests), 'rest')}."
         )
         yield Finding(
             SECTION,
@@ -96,12 +97,12 @@ def _check_bias(imu: Imu) -> Iterator[Finding]:
     at, axis = np.unravel_index(np.argmax(np.abs(values)), values.shape)
     worst, sigma = float(abs(values[at, axis])), float(sigmas[at, axis])
     severity = LIMITS["gyro bias"].severity(worst, sigma)
-    consequence = f"{60.0 * worst:.3g} deg in a minute if it stays"
+    consequence = f"{shorten(60.0 * worst, 3)} deg in a minute if it stays"
     if severity != "good" and _may_turn(imu, usable[at], values, int(at)):
         severity, consequence = "look", "a bias, or an even turn about the vertical"
     yield Finding(
         SECTION, "gyro bias", severity,
-        f"{gyro.name} shows {format_with_error(worst, sigma)} deg/s about {'xyz'[axis]} at "
+        f"{gyro.label} shows {format_with_error(worst, sigma)} deg/s about {'xyz'[axis]} at "
         f"rest: {consequence}.",
         worst, "deg/s", sigma, rest_spans([usable[at]]), gyro.figure,
         "Start with some seconds at rest, so that a filter takes it off.",
@@ -110,7 +111,7 @@ def _check_bias(imu: Imu) -> Iterator[Finding]:
 
 
 def _may_turn(imu: Imu, rest: StaticInterval, values: Floats, at: int) -> bool:
-    """Return whether a rate at rest may be an even turn: no accelerometer feels that.
+    """Return True if a rate at rest may be an even rotation, which no accelerometer feels.
 
     It is larger than any bias, or it is about the vertical, and no other rest shows it again.
     """
@@ -143,7 +144,7 @@ def _check_bias_change(
     severity = LIMITS["bias moves"].severity(largest) if largest > 4.0 * sigma else "good"
     yield Finding(
         SECTION, "bias moves", severity,
-        f"{gyro.name}: the bias about {'xyz'[axis]} differs by "
+        f"{gyro.label}: the bias about {'xyz'[axis]} differs by "
         f"{format_with_error(largest, sigma)} deg/s "
         "between two rests.",
         largest, "deg/s", sigma, where, gyro.figure,
@@ -162,11 +163,12 @@ def _check_gravity(imu: Imu) -> Iterator[Finding]:
     sigma = float(np.linalg.norm(sigmas * mean) / norms[at])
     error = float(abs(norms[at] - GRAVITY_M_S2))
     norm_range = (
-        f"{norms.min():.4g} to {norms.max():.4g} m/s² over {count_noun(len(norms), 'rest')}"
+        f"{shorten(norms.min(), 4)} to {shorten(norms.max(), 4)} m/s² "
+        f"over {count_noun(len(norms), 'rest')}"
     )
     yield Finding(
         SECTION, "gravity", LIMITS["gravity"].severity(error, sigma),
-        f"{accel.name} shows {norm_range}, {format_with_error(error, sigma)} from 9.807 at most.",
+        f"{accel.label} shows {norm_range}, {format_with_error(error, sigma)} from 9.807 at most.",
         error, "m/s²", sigma, rest_spans([imu.rests[at]]), accel.figure,
         "Record it still on six sides or more, and calibrate: `zerorate calibrate`.",
     )  # fmt: skip
@@ -199,10 +201,10 @@ def _check_noise(sensor: Sensor, rest: StaticInterval) -> Iterator[Finding]:
     value, sigma = (factor * number for number in densities[axis])
     yield Finding(
         NOISE_SECTION, "gyro noise" if is_gyro else "accel noise", kind.severity(value),
-        f"{sensor.name}: {format_with_error(value, sigma)} {kind.unit} about "
+        f"{sensor.label}: {format_with_error(value, sigma)} {kind.unit} about "
         f"{'xyz'[axis]}, the noisiest "
         "axis, one-sided as in data sheets. As N of an Allan deviation: "
-        f"{value / _ONE_SIDED_FACTOR:.2g}.",
+        f"{shorten(value / _ONE_SIDED_FACTOR)}.",
         value, kind.unit, sigma, rest_spans([rest]), sensor.figure,
         "For bias instability and random walk record an hour at rest: `zerorate allan`.",
     )  # fmt: skip

@@ -13,6 +13,7 @@ from zerorate.findings.finding import RANKS, Finding, as_sentence
 from zerorate.findings.imus import BLOCK_S, Imu, Sensor
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.saturation import Saturation, find_saturation
+from zerorate.numerals import shorten
 from zerorate.record.clock import ClockReport
 from zerorate.record.runs import runs, runs_of_rows
 from zerorate.types import Booleans, Floats, Integers
@@ -23,13 +24,13 @@ _OTHER_AXES: Final = (slice(1, 3), slice(0, 3, 2), slice(0, 2))
 _MIN_RATE_HZ: Final = 50.0
 _MIN_EQUAL_RUN: Final = 58
 _MAX_STEP_SAMPLES: Final = 200_000
-"""Samples that tell the step of a sensor."""
+"""Number of samples for the step of a sensor."""
 _SPIKE_WINDOW: Final = 101
 _CHUNK_ROWS: Final = 1 << 18
 
 
 def sample_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield what is seen of the numbers of each sensor."""
+    """Yield findings on the samples of each sensor."""
     for imu in imus:
         for sensor in imu.sensors:
             findings = list(_check_sensor(imu, sensor))
@@ -47,7 +48,7 @@ def _check_sensor(imu: Imu, sensor: Sensor) -> Iterator[Finding]:
 
 
 def _check_dead_axes(sensor: Sensor) -> Iterator[Finding]:
-    for text in describe_dead_axes({sensor.name: sensor.log}, (sensor.name,)):
+    for text in describe_dead_axes({sensor.label: sensor.log}, (sensor.label,)):
         advice = "Look at the driver, or at the columns that were read."
         yield Finding(
             SECTION, "dead axis", "act", as_sentence(text), figure=sensor.figure, advice=advice
@@ -63,7 +64,7 @@ def _check_missing(sensor: Sensor) -> Iterator[Finding]:
     spans = sensor.spans(rows, 0.5)
     yield Finding(
         SECTION, "missing samples", severity,
-        f"{sensor.name}: {share:.2g} % of samples have no number, {_longest_run(rows)} in "
+        f"{sensor.label}: {shorten(share)} % of samples have no number, {_longest_run(rows)} in "
         "a row at most, "
         f"from {spans[0][0]:.1f} to {spans[-1][1]:.1f} s.",
         share, "%", None, spans, sensor.figure,
@@ -78,7 +79,7 @@ def _rows_without_number(sensor: Sensor) -> Integers:
     lost = report.missing_count if isinstance(report, ClockReport) else 0
     no_axis = ~known.any(axis=1)
     any_missing = ~known.all(axis=1)
-    # The clock tells how many are lost, not which: what goes beyond came without a number.
+    # The clock shows how many are lost, not which: the others came without a number.
     return np.flatnonzero(
         any_missing if np.count_nonzero(no_axis) > lost else any_missing & ~no_axis
     )
@@ -86,7 +87,7 @@ def _rows_without_number(sensor: Sensor) -> Integers:
 
 def _describe_clean(sensor: Sensor) -> Finding:
     text = (
-        f"{sensor.name}: none at a limit, stuck, spiked or coarse, as far as {sensor.log.n} "
+        f"{sensor.label}: none at a limit, stuck, spiked or coarse, as far as {sensor.log.n} "
         "samples show."
     )
     return Finding(SECTION, "samples", "good", text, float(sensor.log.n), "", figure=sensor.figure)
@@ -136,8 +137,8 @@ def _describe_hard_limit(sensor: Sensor, saturations: Mapping[str, Saturation]) 
     spans = sensor.spans(rows, 0.5)
     return Finding(
         SECTION, "at its limit", severity,
-        f"{sensor.name} was at its limit for {share:.2g} % of samples, {longest:.2g} s on "
-        "end at most "
+        f"{sensor.label} was at its limit for {shorten(share)} % of samples, {shorten(longest)} s "
+        "on end at most "
         f"({_list_limits(sensor, saturations)}), from {spans[0][0]:.1f} to {spans[-1][1]:.1f} s.",
         share, "%", None, spans, sensor.figure,
         "Set a wider range, and leave these spans out of any integral.",
@@ -149,8 +150,8 @@ def _describe_soft_limit(sensor: Sensor, saturations: Mapping[str, Saturation]) 
     spans = sensor.spans(rows, 0.5)
     return Finding(
         SECTION, "soft limit", LIMITS["soft limit"].severity(share),
-        f"{sensor.name} bends just below its largest value where it comes near it "
-        f"({_list_limits(sensor, saturations)}): {share:.2g} % of samples, from "
+        f"{sensor.label} bends just below its largest value where it comes near it "
+        f"({_list_limits(sensor, saturations)}): {shorten(share)} % of samples, from "
         f"{spans[0][0]:.1f} to "
         f"{spans[-1][1]:.1f} s.",
         share, "%", None, spans, sensor.figure,
@@ -206,7 +207,7 @@ def _check_equal_samples(sensor: Sensor, steps: Sequence[float]) -> Iterator[Fin
 
 
 def _usual_repeat_share(same: Booleans, first: int, length: int, rate: float) -> float:
-    """Return how often samples repeat outside a run: in the mean, or in the worst seconds."""
+    """Return the share of repeated samples outside a run: the mean, or that of the worst second."""
     outside = np.concatenate([same[:first], same[first + length - 1 :]])
     block = max(1, round(rate))
     seconds = outside[: len(outside) // block * block].reshape(-1, block)
@@ -231,10 +232,10 @@ def _describe_stuck(sensor: Sensor, what: str, first: int, length: int) -> Findi
     spans = sensor.spans(np.arange(first, first + length))
     return Finding(
         SECTION, "equal samples", LIMITS["equal samples"].severity(length),
-        f"{sensor.name}, {what}: {length} equal samples one after the other, from "
+        f"{sensor.label}, {what}: {length} equal samples one after the other, from "
         f"{spans[0][0]:.2f} to {spans[0][1]:.2f} s.",
         float(length), "", None, spans, sensor.figure,
-        "Leave the span out, and look whether the next log has one.",
+        "Leave the span out, and check if the next log has one.",
     )  # fmt: skip
 
 
@@ -254,7 +255,8 @@ def _check_spikes(sensor: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
         return
     yield Finding(
         SECTION, "spikes", severity,
-        f"{sensor.name}: {rows.size} single samples ({share:.2g} %) lie far from both neighbours.",
+        f"{sensor.label}: {rows.size} single samples ({shorten(share)} %) lie far from both "
+        "neighbours.",
         float(rows.size), "", None, sensor.spans(rows), sensor.figure,
         "Remove them with `zerorate.denoise`, or a median of three, before any filter.",
     )  # fmt: skip
@@ -280,7 +282,7 @@ def _find_spikes(column: Floats, step: float) -> Integers:
 
 
 def _is_single(column: Floats, index: int) -> bool:
-    """Whether a sample alone is off: its neighbours lean half of it the other way, no others.
+    """Return True if a single sample is off: its neighbours lean half as far the other way.
 
     The place is that of the sample before it.
     """
@@ -317,8 +319,8 @@ def _check_resolution(imu: Imu, sensor: Sensor, steps: Sequence[float]) -> Itera
     axis = int(np.argmax(steps))
     yield Finding(
         SECTION, "coarse step", "look",
-        f"{sensor.name}: numbers go in steps of {steps[axis]:.3g} {sensor.log.unit}, "
-        f"{worst:.2g} times "
+        f"{sensor.label}: numbers go in steps of {steps[axis]:.3g} {sensor.log.unit}, "
+        f"{shorten(worst)} times "
         "their scatter at rest.",
         worst, "", None, _spans(imu), sensor.figure,
         "Log more digits, or set a smaller range.",

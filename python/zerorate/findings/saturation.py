@@ -1,4 +1,4 @@
-"""Where an axis is at a limit that nobody told: by the shape of its samples, hard or soft."""
+"""Saturation of an axis whose limit is unknown: by the shape of its samples, hard or soft."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from zerorate.record.runs import runs, runs_of_rows
 from zerorate.types import Booleans, Floats, Integers
 
 _MIN_SAMPLES: Final = 100
-"""Samples without which nothing is told."""
+"""Fewest samples for a finding."""
 _MIN_SPAN_STEPS: Final = 20.0
 """Steps of the numbers that half the span of an axis must have."""
 _MIN_RUN: Final = 3
-"""Samples at the limit next to each other that may tell it alone; fewer must be many."""
+"""Adjacent samples at the limit that may show it alone; shorter runs must be many."""
 _CORNER_STEEPNESS: Final = 2.0
 """How many times steeper than a smooth peak the edges of a plateau are."""
 _PEAK_BIN_RATIO: Final = 4.6
 """Samples in the highest bin of equal smooth peaks over those of a bin beneath: a bin of width w
 holds them as √w, and the eight bins beneath (√9 − √1) √w / 8 on average, or fewer on a grid."""
 _MAX_CHANCE: Final = 1e-7
-"""Chance of so many equal samples that is told: a log has a dozen axes and signs, people many."""
+"""Largest chance of so many equal samples for a finding: a log has a dozen axes and signs."""
 _TOP_SAMPLES: Final = 1000
-"""Largest samples, which tell the step where the whole tells none."""
+"""Number of the largest samples, which show the step if the whole record does not."""
 _SOFT_BAND_FRACTION: Final = 0.03
 """Part of the largest value in which a limit is that is not flat."""
 _MIN_EXCURSIONS: Final = 5
-"""Excursions into that band without which no soft limit is told."""
+"""Fewest excursions into that band for a soft limit."""
 _MIN_FLATNESS: Final = 10.0
 """Steepness at the edge times time in the band over its height: 4 of a parabola, up to 7 as it is
 sampled three times."""
@@ -37,7 +37,7 @@ _MAX_EXCURSION_S: Final = 0.5
 
 
 class Saturation(NamedTuple):
-    """Rows at a limit, the longest run of them, the value, and whether all are equal there."""
+    """Rows at a limit, the longest run of them, the value, and a flag if all are equal there."""
 
     rows: Integers
     longest: int
@@ -46,7 +46,7 @@ class Saturation(NamedTuple):
 
 
 class _Plateaus(NamedTuple):
-    """First and last rows of runs, and how far the samples before and after lie beneath."""
+    """First and last rows of runs, and the distances of the samples before and after below them."""
 
     first: Integers
     last: Integers
@@ -61,7 +61,7 @@ class _Plateaus(NamedTuple):
 def find_saturation(
     column: Floats, other_axes: Floats, rate: float, step: float
 ) -> Saturation | None:
-    """Return where an axis is at its largest value as at a limit, None if it is not.
+    """Return the saturation of an axis at its largest value, None if there is none.
 
     A limit shows in the shape alone: a plateau with corners, which no smooth peak has, or more
     samples equal to the largest than chance puts there; of one that is not flat, in excursions that
@@ -134,7 +134,7 @@ def _find_plateaus(column: Floats, rows: Integers, largest: float) -> _Plateaus:
 
 
 def _has_corners(plateaus: _Plateaus, quantum: float) -> bool:
-    """Whether a plateau begins and ends as no parabola does that is so flat in the middle.
+    """Return True if a plateau has corners that no parabola so flat in the middle has.
 
     One that stays within a step for L samples is, one sample further, at most
     ((L + 1) / (L − 1))² steps beneath.
@@ -147,7 +147,7 @@ def _has_corners(plateaus: _Plateaus, quantum: float) -> bool:
 
 
 def _has_long_run(column: Floats, plateaus: _Plateaus, quantum: float) -> bool:
-    """Whether a run is longer than chance makes it as often as neighbours are equal elsewhere."""
+    """Return True if a run is longer than chance allows, by the equal neighbours elsewhere."""
     length = int(plateaus.length.max())
     smallest = np.nanmin(column)
     same = np.abs(np.diff(column)) < 0.5 * quantum
@@ -163,7 +163,7 @@ def _has_long_run(column: Floats, plateaus: _Plateaus, quantum: float) -> bool:
 
 
 def _has_many_equal(column: Floats, plateaus: _Plateaus, half_range: float, quantum: float) -> bool:
-    """Whether more samples equal the largest than the bins beneath let expect."""
+    """Return True if more samples equal the largest than the bins below let expect."""
     count, drops = int(plateaus.length.sum()), np.fmax(plateaus.before, plateaus.after)
     # Where noise is less than a step, a rest flickers between neighbours.
     if not np.median(drops[np.isfinite(drops)]) >= 3.0 * quantum:
@@ -186,7 +186,7 @@ def _chernoff_bound(count: int, expected: float) -> float:
 
 
 def _is_standstill(other_axes: Floats, rows: Integers) -> bool:
-    """Whether the other axes keep their numbers while this one does: a motion without noise."""
+    """Return True if the other axes repeat their values with this one: a motion without noise."""
     next_to = rows[1:][np.diff(rows) == 1]
     if next_to.size < _MIN_RUN - 1:
         return False
@@ -195,7 +195,7 @@ def _is_standstill(other_axes: Floats, rows: Integers) -> bool:
 
 
 def _has_exact_repeats(plateaus: _Plateaus, half_range: float, quantum: float) -> bool:
-    """Whether most plateaus have the same samples beside them: a motion that repeats exactly."""
+    """Return True if most plateaus have the same neighbours: a motion that repeats exactly."""
     sides = np.stack([plateaus.before, plateaus.after], axis=1)
     sides = np.sort(sides[np.isfinite(sides).all(axis=1)], axis=1)
     if len(sides) < _MIN_RUN:

@@ -13,7 +13,7 @@ from zerorate.findings.finding import Finding
 from zerorate.findings.imus import BLOCK_S, Imu
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.rests import SECTION, rest_spans
-from zerorate.numerals import format_with_error
+from zerorate.numerals import format_with_error, shorten
 from zerorate.record.log import Log
 from zerorate.record.recording import Recording
 from zerorate.types import Floats
@@ -28,13 +28,13 @@ _ADVICE: Final = (
 
 
 def temperature_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield how the bias of each gyro that has a thermometer goes with its temperature."""
+    """Yield the temperature slope of the bias of each gyro that has a thermometer."""
     for imu in imus:
         if imu.gyro is None or imu.gyro.factor is None or not imu.still.size:
             continue
         name = imu.gyro.name
         log = recording.get(name.replace("gyro", "temperature"))
-        # Thermometers are counted by themselves: those beside every sample are of the same sensor.
+        # Thermometers are counted by themselves: one with every sample is of the same sensor.
         if log is not None and log.channels == 1 and (name == "gyro" or log.n == imu.gyro.log.n):
             yield _check_imu(imu, log)
 
@@ -45,7 +45,7 @@ def _check_imu(imu: Imu, thermometer: Log) -> Finding:
     seconds = BLOCK_S * np.count_nonzero(imu.still)
     if seconds < _MIN_REST_S:
         return _describe_unidentifiable(
-            imu, f"it rests for {seconds:.4g} s in all, and {_MIN_REST_S:g} s are needed"
+            imu, f"it rests for {shorten(seconds, 4)} s in all, and {_MIN_REST_S:g} s are needed"
         )
     temperature = _temperature_at_blocks(thermometer, gyro.start, len(imu.still))
     if temperature is None:
@@ -71,7 +71,7 @@ def _check_imu(imu: Imu, thermometer: Log) -> Finding:
     confounding_text = "" if model.time_separable else "; temperature and time went together"
     return Finding(
         SECTION, "bias by temperature", kind.severity(max(abs(slope) - 2.0 * slope.sigma, 0.0)),
-        f"{gyro.name}: the bias goes with temperature by {slopes_text} deg/s/K at "
+        f"{gyro.label}: the bias goes with temperature by {slopes_text} deg/s/K at "
         f"{model.reference:.1f} degC, over {low:.1f} to {high:.1f} "
         f"degC{other_axes_text}{confounding_text}.",
         float(abs(slope)), kind.unit, slope.sigma, rest_spans(imu.rests), gyro.figure, _ADVICE,
@@ -89,13 +89,13 @@ def _temperature_at_blocks(thermometer: Log, start: float, count: int) -> Floats
 
 
 def _explain_missing_slope(model: TemperatureModel) -> str:
-    """Return why no slope is identifiable."""
+    """Return the reason why no slope is identifiable."""
     if model.span < 1.0:
-        return f"temperature moved by {model.span:.2g} K only"
+        return f"temperature moved by {shorten(model.span)} K only"
     bound = max(slope.upper_bound for slope in model.slopes)
     if not math.isfinite(bound):
         return "the rests are too few"
-    return f"over {model.span:.3g} K no slope stands out, of {bound:.2g} deg/s/K or less"
+    return f"over {model.span:.3g} K no slope stands out, of {shorten(bound)} deg/s/K or less"
 
 
 def _describe_unidentifiable(imu: Imu, why: str) -> Finding:
@@ -103,6 +103,6 @@ def _describe_unidentifiable(imu: Imu, why: str) -> Finding:
     assert gyro is not None
     return Finding(
         SECTION, "bias by temperature", "good",
-        f"{gyro.name}: the bias by temperature is not identifiable: {why}.",
+        f"{gyro.label}: the bias by temperature is not identifiable: {why}.",
         figure=gyro.figure, advice=_ADVICE,
     )  # fmt: skip

@@ -11,16 +11,16 @@ from zerorate.findings.aliasing import AliasedHarmonic, find_aliased_harmonic
 from zerorate.findings.finding import Finding
 from zerorate.findings.imus import BLOCK_S, Imu, Sensor
 from zerorate.findings.limits import LIMITS
-from zerorate.numerals import format_with_error
+from zerorate.numerals import format_with_error, shorten
 from zerorate.types import Booleans, Floats
 
 SECTION: Final = "Vibration in motion"
 _MIN_RATE_HZ: Final = 90.0
 """Hz below which the samples show a small part of a vibration."""
 _MIN_BLOCKS: Final = 10
-"""Blocks in motion without which nothing is told."""
+"""Fewest blocks in motion for a finding."""
 _MAX_WINDOWS: Final = 400
-"""Windows of a second that tell the spectrum."""
+"""Number of windows of a second for the spectrum."""
 _CHUNK_BLOCKS: Final = 2000
 """Blocks whose vibration is computed at once."""
 _MIN_PEAK_RATIO: Final = 4.0
@@ -28,7 +28,7 @@ _MIN_PEAK_RATIO: Final = 4.0
 
 
 def vibration_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield how much each accelerometer shakes in motion, and at what frequency most."""
+    """Yield the level and the dominant frequency of each accelerometer's vibration in motion."""
     for imu in imus:
         accel = imu.accel
         if (
@@ -51,10 +51,10 @@ def _check_level(imu: Imu, sensor: Sensor) -> Iterator[Finding]:
     spans = tuple((BLOCK_S * b, BLOCK_S * (b + 1)) for b in first.tolist()[:50])
     parts = _select_windows(sensor, moving)
     peak = _find_peak(parts, sensor.log.rate)
-    peak_text = "" if peak is None else f", most of it at {peak:.3g} Hz"
+    peak_text = "" if peak is None else f", most of it at {shorten(peak, 3)} Hz"
     yield Finding(
         SECTION, "vibration", kind.severity(level),
-        f"{sensor.name}: vibration of {level:.3g} m/s² (95 % of motion) in the "
+        f"{sensor.label}: vibration of {level:.3g} m/s² (95 % of motion) in the "
         f"{sensor.log.rate:.4g} Hz "
         f"samples{peak_text}; what is faster than those does not count in it.",
         level, "m/s²", None, spans, sensor.figure,
@@ -75,22 +75,22 @@ def _describe_aliased(sensor: Sensor, harmonic: AliasedHarmonic) -> Finding:
     rate = harmonic.fold * sensor.log.rate
     return Finding(
         SECTION, "folded peak", kind.severity(size),
-        f"{sensor.name}: a peak at {_format_band(harmonic.alias)} Hz of "
+        f"{sensor.label}: a peak at {_format_band(harmonic.alias)} Hz of "
         f"{format_with_error(size, sigma)} m/s² moves as "
         f"{harmonic.order} times the one at {_format_band(harmonic.peak)} Hz does where "
         "sampling folds it at "
-        f"{rate:.4g} Hz.",
+        f"{shorten(rate, 4)} Hz.",
         size, "m/s²", sigma, (), sensor.figure,
         "Log at a higher rate, or filter below half of this one before it is sampled.",
     )  # fmt: skip
 
 
 def _format_band(edges: tuple[float, float]) -> str:
-    return f"{edges[0]:.3g} to {edges[1]:.3g}"
+    return f"{shorten(edges[0], 3)} to {shorten(edges[1], 3)}"
 
 
 def _vibration_rms(sensor: Sensor, count: int) -> Floats:
-    """Return the root mean square of what is faster than 5 Hz, all axes, block by block.
+    """Return the root mean square above 5 Hz, all axes, block by block.
 
     ArduPilot's: the force less its low-pass of 5 Hz, squared, low-passed at 2 Hz, the root.
     """

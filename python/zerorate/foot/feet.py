@@ -1,4 +1,4 @@
-"""Two feet of one person: both tracks in one frame, held together; what differs between them."""
+"""Two feet of one person: both tracks in one frame, with a bound; their differences."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy.typing as npt
 from zerorate.faults import ArgumentError
 from zerorate.foot.foot import FootTrack
 from zerorate.geometry.rotations import from_rotation_vectors, product
+from zerorate.numerals import shorten
 from zerorate.views import Result
 
 if TYPE_CHECKING:
@@ -20,11 +21,11 @@ if TYPE_CHECKING:
 _ALIGNMENT_M: Final = 20.0
 """Metres of the way by which the frames of both feet are laid over each other."""
 _PRIOR_SIGMAS: Final = (0.5, 0.1)
-"""Deviations of where the other foot is after that, m, and of its heading, rad."""
+"""Standard deviations of where the other foot is after that, m, and of its heading, rad."""
 _BOUND_SIGMA_M: Final = 0.1
-"""Deviation of the bound, m."""
+"""Standard deviation of the bound, m."""
 _STEP_SIGMAS: Final = (0.005, 0.005)
-"""Deviation of each step besides that of its heading: m, and as a part of it."""
+"""Standard deviation of each step without that of its heading: m, and as a part of it."""
 _MIN_HEADING_SIGMA_RAD: Final = 1e-4
 """Least deviation by which a heading drifts from one stance to the next, rad."""
 _MIN_COMMON_S: Final = 5.0
@@ -40,14 +41,14 @@ _COMPARED_QUANTITIES: Final = (
 
 
 _STANCE_QUANTITIES: Final = ("swing_time", "stance_time")
-"""Those that end where a step is found to stand: all alike in a regular walk, and off alike."""
+"""Times between instants of the core: in a regular walk all have the same rounding error."""
 _INSTANT_SIGMA_S: Final = 0.02 / math.sqrt(12.0)
 """Standard deviation of an instant within a step of the core, s."""
 
 
 @dataclass(frozen=True)
 class Asymmetry:
-    """How a quantity differs between both feet.
+    """Difference of a quantity between the feet.
 
     Parameters
     ----------
@@ -84,7 +85,7 @@ class Feet(Result):
     distance : float
         The bound on their distance, m.
     bound_count : int
-        How often they were farther apart, and drawn together.
+        Number of times at which they were farther apart, and were corrected.
 
     Examples
     --------
@@ -102,14 +103,15 @@ class Feet(Result):
     bound_count: int
 
     def __repr__(self) -> str:
-        """Return both ways, and how often the bound was met."""
+        """Return both distances, and the number of times at the bound."""
         return (
-            f"Feet({self.left.distance:.4g} m left, {self.right.distance:.4g} m right, "
+            f"Feet({shorten(self.left.distance, 4)} m left, {shorten(self.right.distance, 4)} "
+            "m right, "
             f"{self.bound_count} times at the bound of {self.distance:g} m)"
         )
 
     def asymmetry(self) -> dict[str, Asymmetry]:
-        """Return how strides differ between both feet, by the names of `Strides`.
+        """Return the asymmetry of strides between the feet, by the names of `Strides`.
 
         R. O. Robinson, W. Herzog, B. M. Nigg, *J. Manipulative and Physiological Therapeutics*
         10(4), 1987. What has under two strides of a foot is left out.
@@ -133,24 +135,25 @@ class Feet(Result):
 
 
 def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Feet:
-    """Return the tracks of both feet of a person in one frame, held together.
+    """Return the tracks of both feet of a person in one frame, with a bound on their distance.
 
-    No foot is farther from the other than a step is long: where the tracks say so, their headings
-    have drifted apart, and a Kalman smoother over the steps of both, whose headings wander as
-    their deviations say, takes that back. What both headings drift alike it cannot see.
+    The feet are never farther apart than one step: where the tracks exceed this, their headings
+    have drifted apart. A Kalman smoother over the steps of both, whose headings wander by their
+    standard deviations, corrects that. It cannot see a drift that both headings share.
 
     Parameters
     ----------
     left, right : FootTrack
-        On one clock; smoothed ones are better. Where each sensor's axes look is not needed: the
-        right track is laid over the left one by the first 20 m.
+        On one clock; smoothed ones are better. The directions of the sensors' axes are not needed:
+        the right track is aligned with the left one by the first 20 m.
     distance : float, default 1.2
-        How far feet are apart at most, m: 1.2 walking, more running.
+        Largest distance of the feet, m: 1.2 when walking, more when running.
 
     Returns
     -------
     Feet
-        Both tracks, with positions, orientations and deviations of level place and heading anew.
+        Both tracks, with positions, orientations and standard deviations of level position and
+        heading replaced.
 
     Raises
     ------
@@ -160,8 +163,8 @@ def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Fe
 
     Notes
     -----
-    Deviations of place count from the left foot's start. A bound does not make a walk straight:
-    both headings are better by what is averaged over two sensors.
+    Standard deviations of the position count from the left foot's start. A bound does not make a
+    walk straight: both headings gain only by averaging over two sensors.
 
     I. Skog, J.-O. Nilsson, D. Zachariah, P. Händel, *IPIN*, 2012.
 
@@ -185,7 +188,7 @@ def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Fe
         raise ArgumentError(
             "right",
             f"must have {_MIN_COMMON_S:g} s and four stances in common with left on one clock, got "
-            f"{max(last - first, 0.0):.3g} s with {len(marks[0])} and {len(marks[1])}",
+            f"{shorten(max(last - first, 0.0), 3)} s with {len(marks[0])} and {len(marks[1])}",
         )
     times = np.unique(np.concatenate([[first], *marks, [last]]))
     positions = np.array([foot.position_at(times) for foot in feet])
@@ -293,7 +296,7 @@ def _align_tracks(left: np.ndarray, right: np.ndarray) -> tuple[complex, complex
 def _smooth_feet(
     positions: np.ndarray, wander: Floats, distance: float
 ) -> tuple[Floats, Floats, int]:
-    """Return places and turns of both feet, smoothed, and how often they met the bound.
+    """Return smoothed positions and turns of both feet, and the number of times at the bound.
 
     The state is x, y and turn of either foot.
     """
@@ -352,7 +355,7 @@ def _predict_step(
 
 
 def _apply_bound(x: Floats, p: Floats, distance: float) -> tuple[Floats, Floats, bool]:
-    """Return the state with both feet within their distance, and whether they were not."""
+    """Return the state with both feet within their distance, and True if they were not."""
     separation = x[:2] - x[3:5]
     size = float(np.hypot(*separation))
     if size <= distance:

@@ -16,6 +16,7 @@ from zerorate.foot.strides import Strides, measure_strides
 from zerorate.geometry.earth import offset_position
 from zerorate.geometry.rotations import product
 from zerorate.navigation.track import SmoothableTrack, Steps, interpolate_steps, smooth_steps
+from zerorate.numerals import shorten
 from zerorate.record import Log, LogError, Recording
 from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats
@@ -59,14 +60,14 @@ class GeodeticTrack:
 
 
 class Origin(NamedTuple):
-    """Where a walk starts on the earth.
+    """Start of a walk on the earth.
 
     Attributes
     ----------
     latitude, longitude : float
         deg.
     heading : float
-        Where x of the track points, rad from north over east.
+        Direction of the track's x, rad from north over east.
     height : float
         m.
 
@@ -107,25 +108,25 @@ class FootTrack(SmoothableTrack, Result):
         Standard deviations of position, velocity, orientation about x, y, z, and of the biases; m,
         m/s, rad, rad/s, m/s^2. Those of position and heading are since the start.
     stances : ndarray of int, shape (s, 2)
-        First sample and past the last of each time at which the foot stands.
+        First sample and past the last of each stance.
     lowest : ndarray of int, shape (s,)
-        The sample of each at which it moves least.
+        Sample of least motion in each stance.
     rests : ndarray of int, shape (r, 2)
-        First sample and past the last of what the gyro's bias was learned from.
+        First sample and past the last of the rests from which the gyro's bias was learned.
     clipped : tuple of ClippedAxis
         Axes at which the gyro was clipped.
     bound : ndarray, shape (n,)
-        The speed bound, m/s, of which stances are the valleys.
+        The speed bound, m/s, whose minima are the stances.
     rejection_count : int
-        Moments of stances that the filter did not believe.
+        Number of nodes of stances that the filter rejected.
     smoothed : bool
-        Whether each sample was seen in the light of the whole recording.
+        True if each sample was smoothed with the whole recording.
     source : str
         Name of the recording.
     notes : tuple of str
         Sentences on what was restored, left out or assumed.
     alarms : tuple of str
-        What contradicts the recording, a sentence each.
+        Contradictions in the recording, a sentence each.
     origin : Origin, optional
         Where the walk starts on the earth.
 
@@ -171,7 +172,7 @@ class FootTrack(SmoothableTrack, Result):
         best = ", smoothed" if self.smoothed else ""
         return (
             f"FootTrack({self.n} samples in {span:.6g} s, {len(self.stances)} stances, "
-            f"{self.distance:.4g} m{best})"
+            f"{shorten(self.distance, 4)} m{best})"
         )
 
     def strides(self) -> Strides:
@@ -253,32 +254,33 @@ class FootTrack(SmoothableTrack, Result):
 class FootNavigation:
     """Position and attitude of a sensor on a foot, from its gyro and accelerometer alone.
 
-    Now and then the foot stands, and its velocity is zero. Stances are the valleys of a bound of
-    the speed, without a threshold that is tuned to a sensor or a gait, and the noise of the zero
-    velocity comes of the same bound. Rates that the gyro clipped at its range are restored first;
-    its bias is learned where the foot rests for half a second, never from zero velocities. A whole
-    recording is worked at once; there is no live form yet.
+    Now and then the foot stands, and its velocity is zero. Stances are the minima of a bound of the
+    speed, without a threshold tuned to a sensor or a gait, and the noise of the zero velocity
+    follows from the same bound. Rates that the gyro clipped at its range are restored first; its
+    bias is learned where the foot rests for half a second, never from zero velocities. It processes
+    a whole recording; `FootFilter` is the live form.
 
     Parameters
     ----------
     rate : float, optional
         Samples a second, if it is to be checked against the recording's.
     floor : {None, "level"}, default None
-        "level": stances within 0.1 m of the floor so far are on it; higher or lower ones begin
-        another, as a stair does. It flattens ramps of less than 0.1 m a stride.
+        "level": stances within 0.1 m of the current floor are on it; higher or lower ones begin
+        another, as on a stair. It flattens ramps of less than 0.1 m a stride.
     restore : bool, default True
-        Whether rates that the gyro clipped are restored.
+        Restore rates that the gyro clipped.
 
     Raises
     ------
     ValueError
-        If a parameter is out of its range.
+        If a parameter is out of range.
 
     Notes
     -----
-    Between 48 and some thousand samples a second. A sample that is not finite is missing: the one
-    before for a tenth of a second, then the deviations grow; after a gap of more than a second the
-    track goes on from where it was, with deviations that say how far the foot may have gone.
+    Between 48 and some thousand samples a second. A sample that is not finite is missing: the last
+    one replaces it for a tenth of a second, then the standard deviations grow. After a gap of more
+    than a second the track continues from its last position, with standard deviations for the
+    distance that the foot may have gone.
 
     Examples
     --------
@@ -400,7 +402,7 @@ def _rest_notes(rests: npt.NDArray[np.int64]) -> tuple[str, ...]:
 
 
 def _check_foot(time: Floats, gyro: Floats, outputs: dict[str, Any]) -> tuple[str, ...]:
-    """Refuse what is no foot; say so where nothing tells."""
+    """Refuse a motion that is no foot's; note an undecided one."""
     moving = np.ones(len(time), bool)
     for first, end, _ in outputs["stances"]:
         moving[first:end] = False

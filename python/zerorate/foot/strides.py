@@ -28,18 +28,18 @@ class Strides:
     """The m strides of a foot, as `FootTrack.strides` finds them.
 
     Names and definitions are those of gaitmap, whose strides also go from one moment of least
-    velocity to the next (``min_vel``), and whose times count from the contact before to the
-    contact at the end. Events are not the same: stances here are the valleys of the speed bound,
-    which begin after the heel strikes and end before the toe leaves, so `stance_time` is shorter
-    than between contacts, and `swing_time` longer.
+    velocity to the next (``min_vel``), and whose times count from the contact before to the contact
+    at the end. Events differ: stances here are the minima of the speed bound, which begin after the
+    heel strikes and end before the toe leaves, so `stance_time` is shorter than between contacts,
+    and `swing_time` longer.
 
     Parameters
     ----------
     start, end : ndarray of int, shape (m,)
         Samples of least motion in the stance before and after.
     stride_time : ndarray, shape (m,)
-        From the begin of the stance before to that of the stance after, s; NaN where the person
-        stood before: for 1.5 s or more, or since the recording began.
+        From the beginning of the stance before to that of the stance after, s; NaN if the person
+        stood before, for 1.5 s or more, or since the recording began.
     swing_time : ndarray, shape (m,)
         Between both stances, s.
     stance_time : ndarray, shape (m,)
@@ -47,18 +47,18 @@ class Strides:
     stride_length : ndarray, shape (m,)
         Level distance from stance to stance, m.
     height_change : ndarray, shape (m,)
-        How much higher the foot stands, m.
+        Change of the foot's height, m.
     gait_velocity : ndarray, shape (m,)
         Length over time, m/s; NaN as above.
     turning_angle : ndarray, shape (m,)
-        By how much the foot stands turned to the left, rad.
+        Turn of the foot to the left, rad.
     arc_length : ndarray, shape (m,)
-        Way through the air, m.
+        Length of the path through the air, m.
     max_sensor_lift : ndarray, shape (m,)
-        Highest place of the sensor over the stance before, m.
+        Largest height of the sensor over the stance before, m.
     max_lateral_excursion : ndarray, shape (m,)
-        Farthest level place from the line between both stances, m; of straight strides it tells
-        how the leg swings outwards.
+        Largest horizontal distance from the line between both stances, m; for straight strides it
+        measures the outward swing of the leg.
 
     Examples
     --------

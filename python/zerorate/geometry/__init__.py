@@ -6,5 +6,5 @@ __all__ = ["EarthField", "earth_field"]
 
 
 def __dir__() -> list[str]:
-    """Show what is public."""
+    """Return the public names."""
     return __all__

@@ -20,7 +20,7 @@ _UT_PER_NT: Final = 1e-3
 
 @dataclass(frozen=True)
 class EarthField:
-    """The field at a place.
+    """The earth's magnetic field at a place.
 
     Attributes
     ----------
@@ -29,9 +29,9 @@ class EarthField:
     dip : float
         Angle below the level, rad; negative in the south.
     declination : float
-        How far magnetic north lies east of true north, rad.
+        Angle of magnetic north east of true north, rad.
     model : str
-        By which coefficients.
+        Name of the coefficients.
 
     Examples
     --------
@@ -64,7 +64,7 @@ def earth_field(
     Raises
     ------
     ValueError
-        If that is no place, or there are no coefficients for the year.
+        If the place is impossible, or there are no coefficients for the year.
     ImportError
         If pygeomag is not installed, the extra ``magnetic``.
 

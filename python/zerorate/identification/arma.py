@@ -30,9 +30,9 @@ class ArmaGrid:
     n : int
         Number of residuals.
     converged : ndarray of bool, shape (max_p + 1, max_q + 1)
-        Whether the search came to a minimum.
+        Mask of searches that reached a minimum.
     evaluations : ndarray of int, shape (max_p + 1, max_q + 1)
-        How often the searches went over the record, without those that value slow starts.
+        Number of passes of the searches over the record, without those for slow starts.
     coefficients : tuple of ndarray
         [phi, theta, c] of each order, row after row of one p.
 
@@ -70,17 +70,16 @@ def fit_arma(
     p, q : int
         Autoregressive and moving-average order, 0 to 8.
     method : {"css", "exact"}
-        "css" makes the sum of the squared conditional residuals small: fast; before each stretch
-        between missing samples innovations are taken as zero and samples as the record's mean, and
-        its first p residuals, which rest on that, are left out. "exact" makes the Gaussian
-        likelihood great, of all samples and across what is missing; the process is then
-        stationary. They differ by little on long records.
+        "css" minimises the sum of the squared conditional residuals: fast. Before each stretch
+        between missing samples, innovations are assumed zero and samples equal to the record's
+        mean; the first p residuals of the stretch, which depend on that, are left out. "exact"
+        maximises the Gaussian likelihood of all samples, across missing ones; the process is then
+        stationary. On long records they differ little.
     constant : bool
-        Whether a constant is estimated; otherwise the process has mean zero.
+        Estimate a constant; otherwise the process has mean zero.
     start : array_like, shape (p + q + 1,), optional
-        [phi, theta, c], without c if there is no constant, from which alone to search: of an
-        `ArmaGrid`, which has searched already, or of a like record. By default several starts are
-        tried.
+        [phi, theta, c], without c if there is no constant, as the only start of the search: from an
+        `ArmaGrid`, or from a similar record. By default several starts are tried.
 
     Returns
     -------
@@ -98,11 +97,11 @@ def fit_arma(
 
     Notes
     -----
-    Searched from Hannan and Rissanen's estimate, from the best models of the orders below, and
-    from white noise on a slow drift, which is where most gyros lie and no short autoregression
-    leads. Standard errors are those of the quadratic model of the sum of squares, or of the
-    curvature of the likelihood. Hannan & Rissanen, Biometrika 69(1), 1982; Ansley, Biometrika
-    66(1), 1979; Monahan, Biometrika 71(2), 1984.
+    The search starts from Hannan and Rissanen's estimate, from the best models of lower orders, and
+    from white noise on a slow drift, the model of most gyros, which no short autoregression finds.
+    Standard errors are those of the quadratic model of the sum of squares, or of the curvature of
+    the likelihood. Hannan & Rissanen, Biometrika 69(1), 1982; Ansley, Biometrika 66(1), 1979;
+    Monahan, Biometrika 71(2), 1984.
 
     Examples
     --------
@@ -141,10 +140,10 @@ def fit_arma(
 
 
 def arma_grid(z: npt.ArrayLike, max_p: int, max_q: int) -> ArmaGrid:
-    """Return how well ARMA models of all orders up to (max_p, max_q) fit a record.
+    """Return the fit of ARMA models of all orders up to (max_p, max_q) to a record.
 
-    By conditional least squares with a constant; all models are compared on the same residuals,
-    each stretch between missing samples gives up `max_p`.
+    The fit is by conditional least squares with a constant. All models are compared on the same
+    residuals: each stretch between missing samples loses its first `max_p`.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""An ARMA model of a record, and how well the record determines it."""
+"""An ARMA model of a record, with the errors of its coefficients."""
 
 from __future__ import annotations
 
@@ -53,22 +53,22 @@ class ArmaModel(Result):
     sigma2 : float
         Variance of the innovations a: the sum of their squares over their number.
     covariance : ndarray, shape (p + q + 1, p + q + 1)
-        Of the estimates of [phi, theta, c]; zero for a constant that was not estimated.
+        Covariance of the estimates of [phi, theta, c]; zero for a constant that was not estimated.
     n : int
-        Number of innovations that were summed.
+        Number of innovations in the sum.
     log_likelihood : float
-        Of the innovations, Gaussian.
+        Gaussian log-likelihood of the innovations.
     condition : float
-        Condition number of the normal equations, scaled to a unit diagonal: large where the
-        record cannot tell the coefficients apart.
+        Condition number of the normal equations, scaled to a unit diagonal: large if the record
+        hardly separates the coefficients.
     method : str
-        Of the estimate.
+        Method of the estimate.
     has_constant : bool
-        Whether the constant was estimated; otherwise it is 0.
+        True if the constant was estimated; otherwise it is 0.
     converged : bool
-        Whether the search for the estimate came to its end.
+        True if the search for the estimate converged.
     remarks : tuple of str
-        What the search for the estimate has to say, a sentence each.
+        Sentences from the search for the estimate.
     record_mean : float
         Mean of the record; NaN if it is not known.
     record_deviation : float
@@ -125,7 +125,7 @@ class ArmaModel(Result):
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """What to beware of, a sentence each: the remarks, then what follows from the numbers.
+        """Warnings, a sentence each: the remarks, then those that follow from the numbers.
 
         The search did not end; the condition is above 1e8, where half of the digits are gone; not
         stationary, not invertible, or a root within 1.96 standard errors (95 %) of the unit
@@ -210,12 +210,12 @@ class ArmaModel(Result):
 
     @property
     def stationary(self) -> bool:
-        """Whether every AR root lies outside the unit circle."""
+        """True if every AR root lies outside the unit circle."""
         return is_stationary(self.phi)
 
     @property
     def invertible(self) -> bool:
-        """Whether every MA root lies outside the unit circle."""
+        """True if every MA root lies outside the unit circle."""
         return bool(np.all(np.abs(inverse_roots(self.theta)) < 1.0))
 
     def modes(self, rate: float) -> tuple[Mode, ...]:
@@ -234,7 +234,7 @@ class ArmaModel(Result):
         return modes(inverse_roots(-self.phi), rate)
 
     def psi_weights(self, n: int) -> Floats:
-        """Return psi_0 ... psi_(n-1), what one unit innovation does to the samples from its own on.
+        """Return psi_0 ... psi_(n-1), the response of the samples to one unit innovation.
 
         Raises
         ------
@@ -301,7 +301,7 @@ class ArmaModel(Result):
         """Return the innovations that the model sees in a record, shape (n,).
 
         a_k = z_k - sum_i phi_i z_(k-i) - sum_j theta_j a_(k-j) - c. Every stretch between missing
-        samples starts anew, before it samples are taken to be at their mean and innovations zero:
+        samples restarts: earlier samples are assumed to be at their mean and innovations zero:
         its first p innovations, which rest on that, and those of missing samples are NaN.
 
         Raises
@@ -321,7 +321,7 @@ class ArmaModel(Result):
         return arma_residuals(record, phi, theta, centre, constant)
 
     def _start_level(self, record: Floats) -> float:
-        """Return where samples are taken to be before a record begins."""
+        """Return the level assumed for samples before a record begins."""
         if math.isfinite(self.record_mean):
             return self.record_mean
         return self.mean if self.stationary else float(np.nanmean(record))
@@ -333,7 +333,7 @@ class ArmaModel(Result):
 
     @property
     def parameter_count(self) -> int:
-        """How many numbers were estimated: coefficients, constant and innovation variance."""
+        """Number of estimated parameters: coefficients, constant and innovation variance."""
         return len(self.phi) + len(self.theta) + int(self.has_constant) + 1
 
     @property

@@ -1,4 +1,4 @@
-"""ARMA models as text: notes on what to beware of, JSON."""
+"""ARMA models as text: notes with warnings, JSON."""
 
 import math
 import os
@@ -25,7 +25,7 @@ _SAME_SIGMAS: Final = 1.96
 
 
 class UncertainRoot(NamedTuple):
-    """A reciprocal root and how it moves with each of [phi, theta, c]."""
+    """A reciprocal root and its derivatives by each of [phi, theta, c]."""
 
     value: complex
     gradient: npt.NDArray[np.complex128]
@@ -90,7 +90,7 @@ def diagnosis(model: "ArmaModel") -> Iterator[str]:
         yield "the search for the estimate did not come to its end"
     if model.condition > _MAX_CONDITION:
         yield (
-            f"the normal equations have condition {model.condition:.1g}: the record hardly tells "
+            f"the normal equations have condition {model.condition:.1g}: the record hardly parts "
             "the coefficients apart"
         )
     yield from _root_notes(model)

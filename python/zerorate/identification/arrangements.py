@@ -24,24 +24,24 @@ _MIN_SEGMENTS: Final = 10
 
 @dataclass(frozen=True, kw_only=True)
 class ReverseArrangements(Verdict):
-    """The test with what it counted; the statistic is the number of reversals.
+    """The test with its counts; the statistic is the number of reversals.
 
     Attributes
     ----------
     reversal_count : int
-        A: pairs of which the earlier value is the greater.
+        A: pairs with the greater value first.
     tie_count : int
         Pairs of equal values, which are not counted.
     segment_count : int
         M: number of values; `left_out_count` more lacked half their samples or more.
     left_out_count : int
     of : {"mean", "variance", "sample"}
-        What the values are.
+        Kind of the values.
     z_score : float
-        lambda = (A' + 1/2 - E) / sd with A' the pairs of which the later value is the greater:
-        positive if the record rises. Within 2 at 5 %.
+        lambda = (A' + 1/2 - E) / sd with A' the pairs with the greater value last: positive if the
+        record rises. Within 2 at 5 %.
     where : str
-        The place at which the values before and after differ most.
+        The position at which the values before and after differ most.
 
     Examples
     --------
@@ -64,7 +64,7 @@ class ReverseArrangements(Verdict):
 def reverse_arrangements(
     z: npt.ArrayLike, segments: int | None = 100, of: SegmentStatistic = "mean"
 ) -> ReverseArrangements:
-    """Test whether a record has a trend, by the order of its segments' means or variances.
+    """Test a record for a trend, by the order of its segments' means or variances.
 
     Parameters
     ----------
@@ -73,10 +73,10 @@ def reverse_arrangements(
         more is left out.
     segments : int or None, default 100
         Number of segments, 10 to n (2 samples each for variances); None takes each sample for one.
-        Long segments let slow drift stand out from the noise. They should be long compared with
-        the noise's own correlation, too.
+        Long segments separate slow drift from the noise. They should also be long compared with the
+        noise's own correlation time.
     of : {"mean", "variance"}
-        What is compared; of no effect with single samples.
+        Property to compare; without effect for single samples.
 
     Returns
     -------
@@ -177,7 +177,7 @@ def _null_distribution(m: int, ties: int, tie_weight: float) -> _NullDistributio
 
 
 def _segment_values(record: Floats, segments: int | None, of: str) -> tuple[Floats, Integers, int]:
-    """Return what is put in order, which segment each is of, from 1, and the samples used."""
+    """Return the values to put in order, the segment of each from 1, and the count of samples."""
     if segments is None:
         indices = np.flatnonzero(np.isfinite(record))
         return record[indices], indices + 1, indices.size

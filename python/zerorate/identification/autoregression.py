@@ -37,11 +37,10 @@ def fit_ar(
         assumption on those; the model may be unstable, so this shows a unit root.
         "burg": least squares forward and backward at once; always stationary, and precise on short
         records.
-        "yule-walker": has the record's first autocovariances; always stationary, and biased towards
-        0 where roots are near 1.
+        "yule-walker": matches the record's first autocovariances; always stationary, and biased
+        towards 0 if roots are near 1.
     constant : bool, default True
-        Whether c is fitted ("burg" and "yule-walker" take the mean off). Without it the record is
-        taken as it is.
+        Fit c ("burg" and "yule-walker" subtract the mean). Without it the record is used unchanged.
 
     Returns
     -------
@@ -49,8 +48,8 @@ def fit_ar(
         `n` is the number of residuals, for "burg" and "yule-walker" that of samples. `sigma2` is
         their sum of squares over n; for "burg" and "yule-walker" the mean square of the samples
         times (1 - reflection coefficient squared) of every order. `covariance` is sigma2 (X'X)^-1,
-        as R's ``ar.ols`` and statsmodels' ``AutoReg`` have it, and for the other two methods its
-        limit for long records, sigma2/n times the inverse of the model's covariance of p samples.
+        as in R's ``ar.ols`` and statsmodels' ``AutoReg``, and for the other two methods its limit
+        for long records, sigma2/n times the inverse of the model's covariance of p samples.
 
     Raises
     ------
@@ -61,9 +60,9 @@ def fit_ar(
 
     Notes
     -----
-    Normal equations from sums of products in one pass; where these are conditioned worse than
-    about 1e10, the rows themselves are triangularised. J. P. Burg, "Maximum entropy spectral
-    analysis", Stanford, 1975.
+    Normal equations from sums of products in one pass; if their condition exceeds about 1e10, the
+    rows themselves are triangularised. J. P. Burg, "Maximum entropy spectral analysis", Stanford,
+    1975.
 
     Examples
     --------
@@ -104,7 +103,7 @@ def check_order(name: str, value: SupportsIndex) -> int:
 
 
 def add_moments(model: ArmaModel, z: npt.ArrayLike) -> ArmaModel:
-    """Return the model with mean and deviation of its record where it tells none itself."""
+    """Return the model with mean and standard deviation of its record if it has none."""
     if model.stationary:
         return model
     record = as_record(z)

@@ -59,7 +59,7 @@ def _describe_order(result: Identification) -> Iterator[str]:
     rule = orders.criterion.upper()
     clear, least = model_name(orders.clear), model_name(orders.minimum)
     if result.order_given:
-        yield f"{name} was asked for; the clear choice of {rule} is {clear}."
+        yield f"{name} was requested; the clear choice of {rule} is {clear}."
     elif orders.clear == orders.minimum:
         yield f"{rule} chooses {name}, which has the least of it."
     else:
@@ -75,7 +75,7 @@ def _describe_order(result: Identification) -> Iterator[str]:
 
 
 def _is_at_limit(orders: OrderSelection) -> bool:
-    """Return whether the clear choice has one of the highest orders."""
+    """Return True if the clear choice has one of the highest orders."""
     highest = [max(order[i] for order in orders.orders) for i in (0, 1)]
     return any(0 < most == own for most, own in zip(highest, orders.clear, strict=True))
 
@@ -94,7 +94,7 @@ def _describe_residuals(result: Identification) -> Iterator[str]:
     else:
         yield (
             f"The residuals are not white: {rest} of their variance could still be predicted; a "
-            f"higher order would pay (the AR models ask for {model_name(result.ar_orders.clear)})."
+            f"higher order would pay (the AR models suggest {model_name(result.ar_orders.clear)})."
         )
 
 
@@ -150,12 +150,12 @@ _REMEDY: Final = "take a linear trend off, or let the filter hold a random walk"
 
 
 def is_fit(result: Identification) -> bool:
-    """Return whether the record is at rest and does not wander off."""
+    """Return True if the record is at rest and does not wander off."""
     return not result.moving and not result.tests.adf.accepted and not _is_wandering(result.tests)
 
 
 def _describe_fitness(result: Identification) -> Iterator[str]:
-    """Yield whether the record is fit for a model, and why not."""
+    """Yield sentences on the fitness of the record for a model, with reasons."""
     tests = result.tests
     if result.moving:
         yield (
@@ -180,7 +180,7 @@ def _describe_fitness(result: Identification) -> Iterator[str]:
 
 
 def _describe_distribution(result: Identification) -> Iterator[str]:
-    """Yield why tests of normality reject, and whether that matters."""
+    """Yield the reason why tests of normality reject, and its importance."""
     tests, record = result.tests, result.record
     steps = record.step / record.deviation
     if tests.gaussian or not is_fit(result):
@@ -206,7 +206,7 @@ def _describe_distribution(result: Identification) -> Iterator[str]:
 
 
 def _describe_smoothing(result: Identification) -> Iterator[str]:
-    """Yield what a moving average did to the correlation."""
+    """Yield the effect of a moving average on the correlation."""
     width = result.smooth
     if width > 1:
         yield (
@@ -241,7 +241,7 @@ def _oddity(tests: RecordTests) -> float:
 
 
 def _describe_spans(spans: Sequence[Span]) -> str:
-    """Return up to three spans, the longest ones, and how many more there are."""
+    """Return up to three spans, the longest ones, and the number of further ones."""
     longest = sorted(spans, key=lambda span: span.start - span.end)[:_MAX_SHOWN_SPANS]
     ordered = sorted(longest, key=lambda span: span.start)
     shown = [f"{span.start:.1f} to {span.end:.1f} s" for span in ordered]

@@ -1,4 +1,4 @@
-"""Correlations of a record with itself, and tests of whether it is white."""
+"""Correlations of a record with itself, and tests of whiteness."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from zerorate.types import Floats, Integers
 
 @dataclass(frozen=True, eq=False)
 class Correlogram:
-    """Autocorrelations of a record, and what of them the shorter lags do not explain.
+    """Autocorrelations and partial autocorrelations of a record.
 
     Attributes
     ----------
     lags : ndarray of int64, shape (m,)
-        From 1 on, in samples.
+        Lags from 1 on, in samples.
     acf, pacf : ndarray of float64, shape (m,)
         Autocorrelation and partial autocorrelation.
     bound : float
         1.96 / sqrt(n), within which 95 of 100 correlations of white noise lie (Bartlett). Gaps
-        leave fewer products than that; then it is that of the lag that lost most.
+        leave fewer products; then it is the bound of the lag with the fewest.
     n : int
-        Samples that are there.
+        Number of present samples.
 
     Examples
     --------
@@ -106,7 +106,7 @@ def autocorrelation(z: npt.ArrayLike, lags: int) -> Correlogram:
 def compute_correlations(record: Floats, lags: int, wanted_lags: int = 0) -> Correlations:
     """Return autocorrelations of a record whose samples differ.
 
-    At lags up to `lags`, or up to `wanted_lags` as far as there are products so far apart.
+    At lags up to `lags`, or up to `wanted_lags` as far as there are products at such lags.
     """
     check_width(lags, "lags")
     if lags >= record.size:
@@ -143,7 +143,7 @@ _PREDICTOR_ORDER: Final = 20
 
 @dataclass(frozen=True, eq=False)
 class Whiteness:
-    """What is left in residuals that could still be explained.
+    """Predictable part of residuals.
 
     Attributes
     ----------
@@ -152,13 +152,13 @@ class Whiteness:
     correlogram : Correlogram
         The correlations lag by lag.
     outside_count : int
-        Number of lags whose autocorrelation is beyond the bound; of white noise, 1 in 20.
+        Number of lags whose autocorrelation is beyond the bound; for white noise, 1 in 20.
     predictable : float
         Share of the variance that an AR(20) of the residuals would still explain, 0 to 1. White
         noise of n samples shows some 20/n by chance.
     white : bool
-        Whether the Ljung-Box test accepts. Of a long record it rejects correlations too faint to
-        matter; `predictable` says how much they do.
+        True if the Ljung-Box test accepts. For a long record it rejects correlations too faint to
+        matter; `predictable` measures their importance.
 
     Examples
     --------
@@ -177,14 +177,14 @@ class Whiteness:
 
 
 def ljung_box(z: npt.ArrayLike, lags: int = 20, fitted: int = 0) -> Verdict:
-    """Test whether the autocorrelations up to a lag are those of white noise, all together.
+    """Test all autocorrelations up to a lag together against those of white noise.
 
     Parameters
     ----------
     z : array_like, shape (n,)
         Residuals in any unit; those not finite are missing, and no product reaches across them.
     lags : int, default 20
-        The greatest lag: more lags see longer correlations, and any one of them less well.
+        The greatest lag: more lags detect longer correlations, but each of them less well.
     fitted : int, default 0
         Coefficients p + q of the model whose residuals these are; less than `lags`.
 
@@ -204,7 +204,7 @@ def ljung_box(z: npt.ArrayLike, lags: int = 20, fitted: int = 0) -> Verdict:
     Notes
     -----
     Q = n (n + 2) sum r_l^2 / (n - l): G. M. Ljung, G. E. P. Box, Biometrika 65(2), 1978. With gaps,
-    each correlation counts by the pairs that it was made of.
+    each correlation is weighted by its number of pairs.
 
     Examples
     --------
@@ -217,14 +217,14 @@ def ljung_box(z: npt.ArrayLike, lags: int = 20, fitted: int = 0) -> Verdict:
 
 
 def whiteness(residuals: npt.ArrayLike, lags: int = 20, fitted: int = 0) -> Whiteness:
-    """Return whether residuals are white, and how much it matters if not.
+    """Test residuals for whiteness, and measure the part that is predictable.
 
     Parameters
     ----------
     residuals : array_like, shape (n,)
-        Of a model, in any unit; those not finite are missing.
+        Residuals of a model, in any unit; those not finite are missing.
     lags : int, default 20
-        The greatest lag that is tested.
+        The greatest lag to test.
     fitted : int, default 0
         Coefficients p + q of the model; less than `lags`.
 
@@ -287,6 +287,6 @@ def _portmanteau(estimates: Correlations, fitted: int) -> Verdict:
 
 
 def _predictable_share(acf: Floats) -> float:
-    """Return 1 less the product of 1 - pacf^2, which is what each lag leaves of the variance."""
+    """Return 1 less the product of 1 - pacf^2, the share of the variance left by each lag."""
     pacf = partial_autocorrelations(acf)
     return 1.0 - float(np.prod(1.0 - pacf[np.isfinite(pacf)] ** 2))

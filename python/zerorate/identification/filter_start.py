@@ -113,8 +113,8 @@ def to_filter(
     Parameters
     ----------
     models : sequence of ArmaModel
-        One an axis. The filter has the largest of their orders; coefficients that a model lacks
-        are zero and stay zero.
+        One model per axis. The filter has the largest of their orders; coefficients that a model
+        lacks are zero and stay zero.
     rate, method, adapt_for, **options
         As for `ArmaModel.to_filter`; the filter has `channels` = number of models.
 
@@ -205,7 +205,7 @@ def _start_parts(
 
 
 def _coefficient_indices(model: "ArmaModel", p: int) -> list[int]:
-    """Return where [phi, theta, c] stand in a filter of orders (p, q)."""
+    """Return the indices of [phi, theta, c] in a filter of orders (p, q)."""
     own_p, own_q = model.order
     return [*range(own_p), *range(p, p + own_q), -1]
 
@@ -237,7 +237,7 @@ def _require_finite(name: str, value: float) -> float:
     if math.isfinite(value):
         return value
     raise ValueError(
-        f"a model that is not stationary does not tell the {name} of a filter: give it"
+        f"a model that is not stationary does not determine the {name} of a filter: give it"
     )
 
 

@@ -41,37 +41,37 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Identification(Result):
-    """All that was found out about the record of one axis.
+    """Tests and models of the record of one axis.
 
     Attributes
     ----------
     name, unit : str
-        Of the axis.
+        Name and unit of the axis.
     record : RecordSummary
-        The record as it came.
+        Summary of the unprepared record.
     moving : tuple of Span
-        Where it was not at rest, s from its beginning.
+        Spans without rest, s from its beginning.
     smooth : int
-        Samples of the moving average that was taken, 1 for none.
+        Samples of the moving average, 1 for none.
     prepared : Prepared
-        What was modelled, with all that was done to the record counted.
+        Prepared record, with a count of all changes.
     tests : RecordTests
-        Of stationarity and normality, of what was modelled.
+        Tests of stationarity and normality of the prepared record.
     correlogram : Correlogram
-        Of what was modelled.
+        Correlogram of the prepared record.
     ar_orders, arma_orders : OrderSelection
         Criteria of every order.
     ar : ArmaModel
         Autoregressive model of the clear choice of order, by least squares.
     model : ArmaModel
-        ARMA model of the clear choice, or of the order that was asked for.
+        ARMA model of the clear choice, or of the requested order.
     order_given : bool
-        Whether the order was asked for.
+        True if the order was given.
     whiteness : Whiteness
-        Of the residuals of `model`.
+        Whiteness of the residuals of `model`.
     online : Online or None
-        What recursive least squares of the same order learns from the same record; None where it
-        has no such order.
+        Fit of recursive least squares of the same order on the same record; None if it has no such
+        order.
 
     Examples
     --------
@@ -101,7 +101,7 @@ class Identification(Result):
 
     @property
     def rate(self) -> float:
-        """Samples per second of what was modelled, Hz."""
+        """Samples per second of the modelled record, Hz."""
         return self.prepared.rate or self.record.rate
 
     @property
@@ -111,16 +111,16 @@ class Identification(Result):
 
     @cached_property
     def slow_ratio(self) -> float:
-        """Variance of the segments' means over what `model` says of it, about 1 at best."""
+        """Variance of the segments' means over that of `model`, about 1 at best."""
         return compute_slow_ratio(self)
 
     @property
     def verdict(self) -> tuple[str, ...]:
-        """What the numbers mean, a sentence each."""
+        """Conclusions from the numbers, a sentence each."""
         return conclusions(self)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all numbers as what JSON can hold: there is no NaN or infinity in it."""
+        """Return all numbers as JSON can hold them: without NaN or infinity."""
         return as_dict(self)
 
 
@@ -155,7 +155,7 @@ class OnlineFit:
 
 
 def learn_online(record: Floats, offline: ArmaModel) -> OnlineFit | None:
-    """Return what recursive least squares of the offline model's order makes of a record.
+    """Return the online fit of a record by recursive least squares of the offline model's order.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ _RESIDUAL_LAGS: Final = 20
 
 
 class Preparation(TypedDict, total=False):
-    """What `prepare` may be asked to do."""
+    """Options of `prepare`."""
 
     smooth: int
     outliers: Literal["hampel", "moving-average"] | None
@@ -230,7 +230,7 @@ def identify(
     progress: Callable[[str, float], None] | None = None,
     **preparation: Unpack[Preparation],
 ) -> Identification:
-    """Find a drift model of a record at rest, and test whether it holds.
+    """Find a drift model of a record at rest, and test it.
 
     Parameters
     ----------
@@ -325,7 +325,7 @@ def identify(
 def _fit_model(
     data: Floats, order: tuple[int, int] | None, selection: OrderSelection, method: Method
 ) -> ArmaModel:
-    """Return the model of an order, from where the comparison came to if it went there."""
+    """Return the model of an order, started from the result of the comparison if it has one."""
     p, q = order or selection.clear
     start = dict(zip(selection.orders, selection.coefficients, strict=True)).get((p, q))
     return fit_arma(data, p, q, method=method, start=start)
@@ -339,7 +339,7 @@ def _prepare_record(record: Floats, rate: float, preparation: Preparation) -> Pr
 
 
 _MAX_SIZE_RATIO: Final = 1e8
-"""Times the median distance from the median: beside such a square all others are rounding."""
+"""Times the median distance from the median: next to such a square all others are rounding."""
 
 
 def _check_sizes(data: Floats) -> None:
@@ -358,11 +358,11 @@ def _check_sizes(data: Floats) -> None:
 
 
 _MIN_MEANS: Final = 30
-"""Fewer tell their variance no better than to a quarter."""
+"""Fewest residuals that determine their variance to a quarter."""
 
 
 def compute_slow_ratio(result: Identification) -> float:
-    """Return the variance of the segments' means over what the model says of it.
+    """Return the variance of the segments' means over that of the model.
 
     Orders are chosen by the next sample, to which a slow drift adds next to nothing: a model can
     leave white residuals and know nothing of the drift, which then shows here.

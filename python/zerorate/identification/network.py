@@ -1,4 +1,4 @@
-"""A small neural network as the state equation of a gyro's noise, and what it gains over AR."""
+"""A small neural network as the state equation of a gyro's noise, and its gain over AR."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ MAX_DAMPING: Final = 1e12
 
 @dataclass(frozen=True, eq=False)
 class NetworkModel:
-    """One step of a record from the last ones, by a layer of tanh units and a linear output.
+    """Prediction of a record's next sample from the last ones, by tanh units and a linear output.
 
     ``z_k = mean + scale (output @ tanh(weights @ x + biases) + offset) + a_k`` with ``x = (past -
     mean) / scale`` and ``past`` the last samples, the newest first.
@@ -43,23 +43,23 @@ class NetworkModel:
     Attributes
     ----------
     weights : ndarray, shape (hidden, inputs)
-        From the inputs to the units.
+        Weights from the inputs to the units.
     biases, output : ndarray, shape (hidden,)
-        Of the units, and from them to the output.
+        Biases of the units, and weights from them to the output.
     offset : float
-        Of the output.
+        Offset of the output.
     mean, scale : float
-        Mean and deviation of the samples that it was trained on, their unit.
+        Mean and standard deviation of the training samples, in their unit.
     n, held_out : int
-        Steps that it was trained on, and steps after them that it is judged by.
+        Number of training steps, and of later steps for the test.
     rmse, ar_rmse : float
-        Error of one step on the latter, unit of the record: of the network, and of an
+        One-step error on the test steps, unit of the record: of the network, and of an
         autoregression of as many inputs, by least squares on the same samples.
     limit_cycle : float
-        Deviation that the map keeps when it is left alone, over that of the record: 0 unless it
+        Standard deviation of the free-running network, over that of the record: 0 unless it
         oscillates by itself.
     ar : ArmaModel
-        That autoregression.
+        The autoregression.
 
     Examples
     --------
@@ -96,12 +96,12 @@ class NetworkModel:
 
     @property
     def gain_over_ar(self) -> float:
-        """By how much its error is less than that of the autoregression: 0.01 is one per cent."""
+        """Reduction of its error compared with the autoregression: 0.01 is one per cent."""
         return 1.0 - self.rmse / self.ar_rmse
 
     @property
     def verdict(self) -> NetworkVerdict:
-        """Whether it is of use: "gain", "no gain" or "oscillates".
+        """Verdict on the use of the network: "gain", "no gain" or "oscillates".
 
         It oscillates if the map left alone keeps more than 0.01 of the record's deviation, and
         below one per cent there is no gain.
@@ -111,13 +111,13 @@ class NetworkModel:
         return "gain" if self.gain_over_ar >= MIN_GAIN else "no gain"
 
     def step(self, past: npt.ArrayLike) -> Floats:
-        """Return what comes next: (…, inputs), the newest first, to (…,), unit of the record."""
+        """Return the next value: (…, inputs), the newest first, to (…,), unit of the record."""
         x = self._scale_inputs(past)
         units = np.tanh(x @ self.weights.T + self.biases)
         return self.mean + self.scale * (units @ self.output + self.offset)
 
     def gradient(self, past: npt.ArrayLike) -> Floats:
-        """Return how much what comes next changes with each input: the shape of `past`.
+        """Return the derivatives of the next value by each input: the shape of `past`.
 
         It is the first row of the transition matrix of an extended Kalman filter.
         """
@@ -142,24 +142,24 @@ class NetworkModel:
 def fit_network(
     z: npt.ArrayLike, inputs: SupportsIndex = 5, hidden: SupportsIndex = 2, seed: int = 0
 ) -> NetworkModel:
-    """Train a network to tell the next sample from the last ones, and hold it against AR.
+    """Train a network to predict the next sample from the last ones, and compare it with AR.
 
-    It is trained on the first half of the record, 20,000 samples at most, and judged by all the
-    rest: beside an autoregression of as many inputs, and by what the map does when it is left
-    alone. On gyros at rest it gains nothing: `gain_over_ar` is below one per cent on every
-    recording tried. Where it gains anything at all it may have learned to oscillate by itself, and
-    a filter built on it follows that: read `verdict` first.
+    It is trained on the first half of the record, 20,000 samples at most, and tested on the rest:
+    against an autoregression of as many inputs, and by running freely. On gyros at rest it gains
+    nothing: `gain_over_ar` is below one per cent on every recording tried. If it gains anything it
+    may have learned to oscillate by itself, and a filter built on it follows that: read `verdict`
+    first.
 
     Parameters
     ----------
     z : array_like, shape (n,)
         Record of one axis at rest, any unit; samples that are not finite or masked are missing.
     inputs : int, default 5
-        Samples that a step is made from, 1 to 64.
+        Number of past samples for a step, 1 to 64.
     hidden : int, default 2
-        Units of tanh, 1 to 8.
+        Number of tanh units, 1 to 8.
     seed : int, default 0
-        Of the weights that training starts from.
+        Seed of the initial weights.
 
     Returns
     -------
@@ -228,7 +228,7 @@ def _check_enough(training_count: int, test_count: int, weights: int) -> None:
             f"z has {training_count}"
         )
     if test_count == 0:
-        raise ValueError("the second half of z has no step without a missing sample to judge by")
+        raise ValueError("the second half of z has no step without a missing sample for the test")
 
 
 def _past_windows(record: Floats, inputs: int) -> Floats:

@@ -26,14 +26,14 @@ _PROBABILITY_PIECES: Final[tuple[tuple[float, bool, tuple[float, float, float]],
     (0.6, False, (0.9177, -4.279, -1.38)),
     (math.inf, False, (1.2937, -5.709, 0.0186)),
 )
-"""Upper end, whether the exponential is taken from 1, and the polynomial in its exponent."""
+"""Upper end, flag for 1 minus the exponential, and the polynomial in its exponent."""
 
 _MIN_DISTINCT_SHARE: Final = 0.1
 """Different values in a sample's number from which on down a record is coarse."""
 
 
 def jarque_bera(z: npt.ArrayLike) -> Verdict:
-    """Test whether skewness and kurtosis are those of a Gaussian.
+    """Test skewness and kurtosis against those of a Gaussian.
 
     Parameters
     ----------
@@ -43,8 +43,8 @@ def jarque_bera(z: npt.ArrayLike) -> Verdict:
     Returns
     -------
     Verdict
-        Its probability holds for some thousands of independent samples and more; of fewer the test
-        rejects less often than it says, of correlated ones more often.
+        Its probability holds for some thousands of independent samples or more; for fewer the test
+        rejects less often than stated, for correlated ones more often.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def jarque_bera(z: npt.ArrayLike) -> Verdict:
 
 
 def anderson_darling(z: npt.ArrayLike) -> Verdict:
-    """Test whether the whole distribution is a Gaussian one, its tails above all.
+    """Test the whole distribution against a Gaussian one, its tails above all.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def anderson_darling(z: npt.ArrayLike) -> Verdict:
     Returns
     -------
     Verdict
-        With `note` if the record is coarse: the test sees the steps of quantisation as well, and
+        With `note` if the record is coarse: the test also sees the steps of quantisation, and
         rejects a long record for them alone.
 
     Raises

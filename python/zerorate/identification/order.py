@@ -26,26 +26,26 @@ CRITERIA: Final[tuple[Criterion, ...]] = get_args(Criterion)
 
 @dataclass(frozen=True, eq=False)
 class OrderSelection:
-    """Models of several orders over the same residuals, and which of them to take.
+    """Models of several orders over the same residuals, with the choice of one.
 
     Attributes
     ----------
     kind : str
         "ar" or "arma".
     criterion : str
-        What `minimum` and `clear` go by.
+        Criterion of `minimum` and `clear`.
     margin : float
-        By how much of the criterion a lesser model may be worse, see `select_order`.
+        Largest excess of the criterion for a smaller model, see `select_order`.
     n : int
         Number of residuals, common to all orders.
     orders : tuple of (p, q), length m
-        What was compared.
+        Orders compared.
     sigma2 : ndarray, shape (m,)
         Variance of the residuals, their sum of squares over n, in the square of the record's unit.
     n_coefficients : ndarray of float, shape (m,)
         k = p + q, one more with a constant.
     coefficients : tuple of ndarray, length m or 0
-        What the search for "arma" came to, [phi, theta, c]: a start for `fit_arma`.
+        Results of the search for "arma", [phi, theta, c]: starts for `fit_arma`.
 
     Examples
     --------
@@ -139,14 +139,14 @@ def select_order(
     max_order, max_p, max_q : int
         The highest orders.
     margin : float, default 10.0
-        A higher order is taken only if it gains more than this. A long record shows every ripple
-        of its spectrum, so the plain minimum (`margin` 0) lies at an order whose last coefficients
-        mean nothing: a gain of 1 or 2 decides nothing, and a model is without support only where
-        it is worse by more than 10 (Burnham and Anderson, *Model Selection and Multimodel
-        Inference*, 2nd ed., 2002, section 2.6).
+        A higher order is chosen only if it gains more than this. A long record shows every ripple
+        of its spectrum, so the plain minimum (`margin` 0) is at an order with meaningless last
+        coefficients: a gain of 1 or 2 decides nothing, and a model is without support only if it is
+        worse by more than 10 (Burnham and Anderson, *Model Selection and Multimodel Inference*, 2nd
+        ed., 2002, section 2.6).
     method : str, default "least-squares"
-        Whose residual variances autoregressions are compared by. With "burg" and "yule-walker"
-        these are those of the recursion and n is the number of samples, as in R's ``ar``.
+        Estimator of the residual variances of autoregressions. With "burg" and "yule-walker" these
+        are those of the recursion and n is the number of samples, as in R's ``ar``.
 
     Returns
     -------
@@ -163,8 +163,8 @@ def select_order(
 
     Notes
     -----
-    FH section 1.1 takes the order after which the criterion falls no further to speak of; `clear`
-    says what that means.
+    FH section 1.1 chooses the order after which the criterion hardly falls any further; `clear`
+    defines that.
 
     Examples
     --------
@@ -208,7 +208,7 @@ def _check_choice(name: str, value: str, known: Sequence[str]) -> None:
 
 
 def scores_above_minimum(orders: OrderSelection, name: Criterion) -> Floats:
-    """Return how far a criterion is above its least for every order, on the scale of N ln.
+    """Return the excess of a criterion over its minimum for every order, on the scale of N ln.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ def at_one(coefficients: Floats) -> float:
 
 
 def is_stationary(phi: Floats) -> bool:
-    """Return whether all reciprocal roots of 1 - phi_1 x - ... lie inside the unit circle."""
+    """Return True if all reciprocal roots of 1 - phi_1 x - ... lie inside the unit circle."""
     if np.abs(phi).sum() < 1.0:  # sufficient, and quick
         return True
     return at_one(-phi) > 0.0 and bool(np.all(np.abs(inverse_roots(-phi)) < 1.0))

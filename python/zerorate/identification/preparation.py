@@ -1,4 +1,4 @@
-"""A record made ready for identification, and a list of what was changed."""
+"""A record prepared for identification, and a list of the changes."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ _MIN_SAMPLES: Final[dict[str, int]] = {"mean": 1, "linear": 2}
 
 
 def detrend(z: npt.ArrayLike, kind: Trend = "mean") -> Floats:
-    """Return a record less its mean, or less the straight line that fits it best.
+    """Return a record minus its mean, or minus the straight line that fits it best.
 
     Parameters
     ----------
     z : array_like, shape (n,)
         Samples; those not finite are missing, and stay so.
     kind : {"mean", "linear"}
-        What is taken off. The line is that of least squares over the samples that are there.
+        Trend to subtract. The line is that of least squares over the present samples.
 
     Returns
     -------
@@ -81,8 +81,8 @@ def segments(z: npt.ArrayLike, count: int) -> Floats:
     Returns
     -------
     ndarray of float64, shape (count, n // count)
-        One row a segment, NaN where missing; the fewer than `count` samples that are left over
-        at the end are not in it.
+        One row per segment, NaN where missing; fewer than `count` remaining samples at the end are
+        left out.
 
     Raises
     ------
@@ -114,7 +114,7 @@ Outliers = Literal["hampel", "moving-average"]
 
 @dataclass(frozen=True)
 class Change:
-    """What was done to a record, in a sentence, and to how many samples.
+    """Change made to a record, in a sentence, and the count of samples changed.
 
     Examples
     --------
@@ -134,11 +134,11 @@ class PreparedRecord:
     Attributes
     ----------
     data : ndarray of float64, shape (m,)
-        In the unit of the record, NaN where missing.
+        Data in the unit of the record, NaN where missing.
     rate : float or None
         Samples per second of `data`, Hz, if the rate of the record was given.
     changes : tuple of Change
-        In the order in which they were made.
+        Changes in their order.
 
     Examples
     --------
@@ -182,16 +182,16 @@ def prepare(
     window : int, default 11
         Samples of that window.
     threshold : float, default 4.0
-        Deviations beyond which a sample is an outlier.
+        Standard deviations beyond which a sample is an outlier.
     trend : {"mean", "linear"} or None, default "mean"
-        What is taken off.
+        Trend to subtract.
     decimate : int, default 1
-        Samples for each that is kept.
+        Keep one of so many samples.
 
     Returns
     -------
     Prepared
-        The record, its rate, and what was changed.
+        The record, its rate, and the changes.
 
     Raises
     ------
@@ -202,7 +202,7 @@ def prepare(
 
     Notes
     -----
-    Bao and Yuan smooth by a moving average and take off the mean before they fit an AR(1) model.
+    Bao and Yuan smooth by a moving average and subtract the mean before they fit an AR(1) model.
 
     Examples
     --------

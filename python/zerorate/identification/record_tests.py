@@ -1,4 +1,4 @@
-"""Size and shape of a record, and the tests of whether it is stationary and Gaussian."""
+"""Size and shape of a record, and tests for stationarity and a Gaussian distribution."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -52,7 +52,7 @@ class RecordSummary:
 
 
 def summarise_record(record: Floats, rate: float) -> RecordSummary:
-    """Return what a record of shape (n,) holds; at least one sample must be there."""
+    """Summarise a record of shape (n,); at least one sample must be present."""
     present = np.isfinite(record)
     there = record if present.all() else record[present]
     starts = int(present[0]) + np.count_nonzero(present[1:] & ~present[:-1])
@@ -84,16 +84,16 @@ _MIN_SEGMENT_SAMPLES: Final = 10
 
 @dataclass(frozen=True, eq=False)
 class RecordTests:
-    """Tests of whether a record is stationary and Gaussian.
+    """Tests of a record for stationarity and a Gaussian distribution.
 
     Attributes
     ----------
     means, variances : ReverseArrangements
-        Whether the segments show a trend.
+        Test of the segments for a trend.
     kpss, adf : Verdict
-        Whether the record is stationary, and whether it has a unit root.
+        Tests for stationarity, and for a unit root.
     jarque_bera, anderson_darling : Verdict
-        Whether it is Gaussian.
+        Tests for a Gaussian distribution.
     segment_means : ndarray, shape (m,)
         In the unit of the record; NaN where all samples are missing.
     segment : float
@@ -126,12 +126,12 @@ class RecordTests:
 
     @property
     def stationary(self) -> bool:
-        """Whether no test saw a trend or a wandering mean."""
+        """True if no test saw a trend or a wandering mean."""
         return self.means.accepted and self.variances.accepted and self.kpss.accepted
 
     @property
     def gaussian(self) -> bool:
-        """Whether both tests of normality hold."""
+        """True if both tests accept normality."""
         return self.jarque_bera.accepted and self.anderson_darling.accepted
 
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 # Digits that forms of at most ten states lose in their characteristic polynomials.
 _ROUNDING = 1e-13
-# An observability matrix worse than this tells no coordinates.
+# An observability matrix worse than this determines no coordinates.
 _MAX_CONDITION = 1e12
 
 
@@ -54,9 +54,9 @@ class StateSpace:
     F : ndarray, shape (n, n)
         Transition of the state.
     G : ndarray, shape (n, u)
-        What each of u white noises of variance `sigma2` does to the state.
+        Input of each of u white noises of variance `sigma2` to the state.
     H : ndarray, shape (n,)
-        What a sample shows of the state.
+        Measurement row: a sample from the state.
     sigma2 : float
         Variance of the innovations a.
     R : float
@@ -107,7 +107,7 @@ class StateSpace:
 
     @cached_property
     def constants(self) -> Booleans:
-        """Which states never change, such as Fu and Han's c: shape (n,)."""
+        """Mask of states that never change, such as Fu and Han's c: shape (n,)."""
         still = np.all(np.eye(self.size) == self.F, axis=1) & ~np.any(self.G, axis=1)
         return np.asarray(still & (self.constant == 0.0))
 

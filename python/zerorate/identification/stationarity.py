@@ -29,28 +29,28 @@ _KPSS_ROUNDING: Final = 1e-12
 
 
 def kpss(z: npt.ArrayLike, lags: int | None = None, trend: Level = "constant") -> Verdict:
-    """Test whether a record is stationary about a level, or about a straight line.
+    """Test a record for stationarity about a level, or about a straight line.
 
-    Drift as faint as that of a gyro is seen by this test and by `reverse_arrangements`, seldom by
+    Drift as faint as a gyro's is detected by this test and by `reverse_arrangements`, seldom by
     `adf`.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Samples in any unit; those not finite are missing: the sums pass over them, and no product
-        reaches across.
+        Samples in any unit; those not finite are missing: sums skip them, and no product reaches
+        across.
     lags : int, optional
-        Lags of the long-run variance, 0 to n - 1. More are needed the longer the noise is
-        correlated, and cost power. Default: chosen from the record by the rule of Hobijn and
-        others with Bartlett's window.
+        Lags of the long-run variance, 0 to n - 1. Long correlation of the noise needs more lags,
+        which cost power. Default: chosen from the record by the rule of Hobijn and others with
+        Bartlett's window.
     trend : {"constant", "linear"}
-        What the record may be stationary about.
+        Level or line of the hypothesis.
 
     Returns
     -------
     Verdict
-        Its `p_value` is interpolated in a table from 0.10 to 0.01; beyond either, `p_bound` says
-        on which side it lies.
+        Its `p_value` is interpolated in a table from 0.10 to 0.01; beyond either, `p_bound` gives
+        the side.
 
     Raises
     ------
@@ -153,18 +153,18 @@ _ADF_CRITICAL: Final = (-2.86154, -2.8903, -4.234, -40.04)
 
 
 def adf(z: npt.ArrayLike, lags: int | None = None) -> Verdict:
-    """Test whether a record has a unit root: whether it walks at random rather than about a level.
+    """Test a record for a unit root: a random walk instead of variation about a level.
 
-    Acceptance says that the record may walk. Beware of the opposite: drift that is faint next
-    to white noise, a gyro's case, is an ARMA process whose moving-average root is near 1, and there
-    the test rejects a unit root that is present far more often than 5 %. `kpss` sees such drift,
-    and `reverse_arrangements` does if it does not come back.
+    Acceptance means that the record may be a random walk. Rejection is less certain: drift that is
+    faint next to white noise, as in a gyro, is an ARMA process whose moving-average root is near 1,
+    and there the test rejects an existing unit root far more often than 5 %. `kpss` detects such
+    drift, and so does `reverse_arrangements` if the drift does not return.
 
     Parameters
     ----------
     z : array_like, shape (n,)
         Samples in any unit, at least 20; those not finite are missing, and the regression starts
-        anew after them.
+        again after them.
     lags : int, optional
         Lagged differences in the regression, 0 to 63. Default: the number of least AIC, all
         compared over the same samples, up to Schwert's 12 (n/100)^(1/4) but at most 63, with n

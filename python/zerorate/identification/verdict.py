@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 TWO_SIDED_95: Final = 1.959963984540054
-"""Deviations of a normal distribution beyond which, on either side, lies one part in 20."""
+"""Standard deviations of a normal distribution with 5 % outside, on both sides together."""
 
 
 @dataclass(frozen=True)
@@ -16,22 +16,22 @@ class Verdict:
     name : str
         Of the test.
     hypothesis : str
-        What is tested, a short phrase.
+        The tested hypothesis, a short phrase.
     statistic : float
-        What the test makes of the record.
+        Statistic of the test.
     p_value : float
-        Probability of a statistic at least as far out if the hypothesis holds.
+        Probability of a statistic at least as extreme if the hypothesis holds.
     lower, upper : float
         The hypothesis is accepted for lower < statistic <= upper; infinite on the side where no
         statistic is too far.
     accepted : bool
-        Whether it is.
+        True if the hypothesis is accepted.
     n : int
-        Samples that were used.
+        Number of samples used.
     p_bound : {"", "<", ">"}
-        Where the published table ends: the probability is less, or greater, than `p_value`.
+        Beyond the published table: the probability is less, or greater, than `p_value`.
     note : str
-        What to beware of, a sentence, or nothing.
+        A warning, or empty.
 
     Examples
     --------

@@ -44,7 +44,7 @@ def moving_average(z: npt.ArrayLike, width: int) -> Floats:
 
     Notes
     -----
-    No sum outlives two windows, so an outlier of any size leaves no rounding behind it.
+    No sum spans more than two windows, so an outlier of any size leaves no rounding error behind.
 
     Examples
     --------
@@ -92,18 +92,19 @@ def hampel(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) -> Cleaned
         Samples; those not finite are missing, and stay so.
     width : int, default 11
         Samples of the window centred on each, at least 1; an even one reaches one sample further
-        back than ahead, and all end where the record ends. Of Gaussian noise, a window of 11 takes
-        one sample in 90 for an outlier at a threshold of 4, one of 51 one in 1500.
+        back than ahead, and all end where the record ends. For Gaussian noise and a threshold of 4,
+        a window of 11 calls one sample in 90 an outlier, one of 51 one in 1500.
     threshold : float, default 4.0
-        Deviations from the median beyond which a sample is an outlier, not negative. A deviation
-        is 1.4826 times the median distance from the median (MAD), as for Gaussian noise.
+        Standard deviations from the median beyond which a sample is an outlier, not negative. They
+        are estimated by 1.4826 times the median distance from the median (MAD), as for Gaussian
+        noise.
 
     Returns
     -------
     data : ndarray of float64, shape (n,)
         In the unit of `z`.
     outliers : ndarray of bool, shape (n,)
-        Which samples were replaced.
+        Mask of replaced samples.
 
     Raises
     ------
@@ -114,9 +115,9 @@ def hampel(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) -> Cleaned
 
     Notes
     -----
-    Where more than half a window is equal, as in coarse records, its MAD is 0. So a deviation is
-    never taken for less than the step of quantisation, the least difference between a sample and
-    the next: to be an outlier, a sample is more than `threshold` steps off.
+    If more than half of a window is equal, as in coarse records, its MAD is 0. So the standard
+    deviation is never less than the step of quantisation, the least difference between a sample and
+    the next: an outlier is more than `threshold` steps off.
 
     F. R. Hampel, "The influence curve and its role in robust estimation", JASA 69, 1974.
 
@@ -136,10 +137,10 @@ def hampel(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) -> Cleaned
 
 
 def far_from_average(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) -> CleanedRecord:
-    """Replace samples far from the moving average by it, as Bao and Yuan do.
+    """Replace samples far from the moving average by the average, as Bao and Yuan do.
 
-    Beware: an outlier raises the average round it and the deviation of them all, so `hampel` finds
-    more.
+    Beware: an outlier raises the average around it and the standard deviation of all, so `hampel`
+    finds more.
 
     Parameters
     ----------
@@ -156,7 +157,7 @@ def far_from_average(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) 
     data : ndarray of float64, shape (n,)
         In the unit of `z`.
     outliers : ndarray of bool, shape (n,)
-        Which samples were replaced.
+        Mask of replaced samples.
 
     Raises
     ------
@@ -207,12 +208,12 @@ def decimate(z: npt.ArrayLike, factor: int) -> Floats:
     z : array_like, shape (n,)
         Samples; those not finite are missing.
     factor : int
-        Samples for each that is returned, at least 1; 1 changes nothing.
+        Return one of so many samples, at least 1; 1 changes nothing.
 
     Returns
     -------
     ndarray of float64, shape (ceil(n / factor),)
-        Sample k stands at the time of z[k factor]. It is missing where the filter, which reaches
+        Sample k has the time of z[k factor]. It is missing where the filter, which reaches
         just over 25 `factor` samples to each side, meets a missing sample or an end of the record.
 
     Raises

@@ -20,8 +20,10 @@ from zerorate.io.triads import (
     describe_axes,
     describe_others,
     find_triads,
+    list_devices,
     select_triads,
 )
+from zerorate.record.devices import several_devices
 from zerorate.record.log import LogError
 from zerorate.record.names import KIND_OF_UNIT, looks_like_gyro, meaning_of
 
@@ -44,7 +46,7 @@ TimeColumn = str | int | Literal[False] | None
 
 @dataclass(frozen=True)
 class Timing:
-    """What a caller says of the rows: the column and unit of their time, and which to leave out.
+    """Caller's choice of the column and unit of time, and of the rows to leave out.
 
     Raises
     ------
@@ -93,7 +95,7 @@ class Timing:
 
 @dataclass(frozen=True)
 class ColumnChoice:
-    """Indices of the time column (None without one) and of the data columns, and what to note."""
+    """Indices of the time column (None without one) and of the data columns, and notes."""
 
     time: int | None
     data: tuple[int, ...]
@@ -105,11 +107,13 @@ def choose_columns(
     columns: Columns,
     kinds: Sequence[str] = ("gyro",),
     sensor: str | None = None,
+    is_sole: bool = False,
 ) -> ColumnChoice:
     """Return the time column and the data columns of a table.
 
-    ``columns`` is what the caller asked for: names, indices, one of them, or None for one sensor
-    of each kind, which ``sensor`` may name. Of a table without names that is all but the time, if
+    ``columns`` is the caller's request: names, indices, one of them, or None for one sensor
+    of each kind, which ``sensor`` may name; LogError for several of them where ``is_sole`` asks for
+    one. Of a table without names that is all but the time, if
     these are three columns or fewer.
     """
     indices = None if columns is None else _find_indices(table, columns)
@@ -123,12 +127,12 @@ def choose_columns(
         return ColumnChoice(time, table.data)
     if table.names is None:
         return ColumnChoice(time, *_choose_unnamed(table, {time, *counters}))
-    data, notes = _choose_sensors(table, table.names, time, kinds, sensor)
+    data, notes = _choose_sensors(table, table.names, time, kinds, sensor, is_sole)
     return ColumnChoice(time, data, notes)
 
 
 def check_samples(table: Table, columns: Columns) -> None:
-    """Raise LogError if a column that was asked for holds the time."""
+    """Raise LogError if a requested column holds the time."""
     if columns is None:
         return
     for index in _find_indices(table, columns):
@@ -163,7 +167,7 @@ def _choose_unnamed(
         last = ",".join(map(str, data_columns[-_AXES:]))
         raise LogError(
             make_sentence(
-                f"the table has no names, and {len(data_columns)} columns beside the time "
+                f"the table has no names, and {len(data_columns)} columns apart from the time "
                 "are no gyro of "
                 "three axes; say which are, counted from 0, such as ",
                 keyword_argument("columns", last),
@@ -176,7 +180,7 @@ def _choose_unnamed(
             make_sentence(f"the table has no names, and {why}; ", columns, " reads as a gyro")
         )
     listed = ", ".join(map(table.label, data_columns))
-    return data_columns, (f"the table has no names: {listed} are taken for a gyro",)
+    return data_columns, (f"the table has no names: {listed} are read as a gyro",)
 
 
 def _choose_sensors(
@@ -185,8 +189,9 @@ def _choose_sensors(
     time: int | None,
     kinds: Sequence[str],
     sensor: str | None,
+    is_sole: bool,
 ) -> tuple[tuple[int, ...], tuple[str, ...]]:
-    """Return the columns of one sensor of each kind, and what to note of them."""
+    """Return the columns of one sensor of each kind, and notes on them."""
     triads = find_triads({i: name for i, name in enumerate(names) if i != time})
     of_kinds = [triad for triad in triads if triad.kind in kinds]
     if not of_kinds:
@@ -196,7 +201,11 @@ def _choose_sensors(
     notes: list[str] = []
     for kind in kinds:
         own = [triad for triad in of_kinds if triad.kind == kind]
-        chosen, unread = choose_triads(own, sensor if _has_sensor(own, sensor) else None)
+        own_sensor = sensor if _has_sensor(own, sensor) else None
+        devices = list_devices(own, names) if is_sole else ()
+        if own_sensor is None and len(devices) > 1:
+            raise several_devices(devices)
+        chosen, unread = choose_triads(own, own_sensor)
         for triad in chosen:
             own_names = [names[i] for i in triad.indices]
             _check_axis_count(kind, own_names)
@@ -249,7 +258,7 @@ def _check_unique(names: Sequence[str]) -> None:
 
 
 def _has_sensor(triads: Sequence[Triad], sensor: str | None) -> bool:
-    """Whether a sensor is among these: one name may be of the gyro, or of the accelerometer."""
+    """Return True if a sensor is present: one name may be of the gyro, or of the accelerometer."""
     try:
         return bool(select_triads(triads, sensor))
     except LogError:

@@ -82,16 +82,16 @@ SENSITIVITIES: Final[Mapping[str, Sensitivities]] = MappingProxyType(
 
 @dataclass(frozen=True)
 class RawCounts:
-    """Factors that make deg/s and g of the raw counts of a device.
+    """Factors from the raw counts of a device to deg/s and g.
 
     Parameters
     ----------
     device
         Its name.
     gyro
-        deg/s in a count.
+        deg/s per count.
     accel
-        g in a count; None where the range of the accelerometer was not said.
+        g per count; None if the range of the accelerometer was not given.
     """
 
     device: str
@@ -100,7 +100,7 @@ class RawCounts:
 
 
 def raw_counts(device: str, gyro: float, accel: float | None = None) -> RawCounts:
-    """Return what makes deg/s and g of the raw counts of a sensor, by its data sheet.
+    """Return the factors from raw counts of a sensor to deg/s and g, by its data sheet.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def raw_counts(device: str, gyro: float, accel: float | None = None) -> RawCount
     gyro : float
         End of the range that the gyro was set to, deg/s: 250 for ±250 deg/s.
     accel : float, optional
-        That of the accelerometer, g: 2 for ±2 g. Without it accelerations are left as they are.
+        Range of the accelerometer, g: 2 for ±2 g. Without it accelerations are left as they are.
 
     Returns
     -------
@@ -119,7 +119,7 @@ def raw_counts(device: str, gyro: float, accel: float | None = None) -> RawCount
     Raises
     ------
     ValueError
-        If the device is not in the table, or has no such range; the message lists what there is.
+        If the device is not in the table, or has no such range; the message lists the choices.
 
     Examples
     --------
@@ -171,7 +171,7 @@ _DEVICE_UNITS: Final = {"gyro": "deg/s", "accel": "g"}
 
 @dataclass(frozen=True)
 class Scaling:
-    """What the values of sensors are multiplied by, and the units that follow from it.
+    """Factors for the values of sensors, and the units that follow.
 
     Attributes
     ----------
@@ -180,7 +180,7 @@ class Scaling:
     factors
         By kind, ``"gyro"`` or ``"accel"``.
     units
-        By kind, where a device tells them.
+        Units by kind, if a device defines them.
     """
 
     number: float | None = None
@@ -189,7 +189,7 @@ class Scaling:
 
     @classmethod
     def of(cls, scale: Scale) -> Scaling:
-        """Return what a caller's `scale` says; ValueError if it is none."""
+        """Return the factors of a caller's `scale`; ValueError if it is none."""
         if scale is None:
             return cls()
         if isinstance(scale, RawCounts):
@@ -245,7 +245,7 @@ def _check_factor(scale: object) -> float:
 
 
 def guess_kind(names: Sequence[str]) -> str:
-    """Return what columns of these names are read as: accelerometers if all are, else gyros."""
+    """Return the kind of columns by their names: accelerometers if all are, else gyros."""
     of_gyros = (looks_like_gyro(name) or not looks_like_accelerometer(name) for name in names)
     return "gyro" if any(of_gyros) else "accel"
 

@@ -43,9 +43,7 @@ def _translate_errors(called: str) -> Iterator[None]:
     except (LogError, ImportError):
         raise
     except MemoryError:
-        raise LogError(
-            f"cannot be read as {called}: it asks for more memory than there is"
-        ) from None
+        raise LogError(f"cannot be read as {called}: it needs more memory than there is") from None
     except Exception as error:  # what damaged bytes raise has no common base
         if isinstance(error, OSError) and error.errno not in _DATA_ERRNOS:
             raise
@@ -96,7 +94,7 @@ def _guard_pieces(pieces: _Pieces, rows: int, called: str) -> _Pieces:
 
 
 def _check_rows(read_rows: int, rows: int) -> None:
-    """Refuse a file of another number of rows than it says, for which whoever asks makes room."""
+    """Refuse a file of another number of rows than declared, for which the caller makes room."""
     if read_rows != rows:
         row_text = "more" if read_rows > rows else read_rows
         raise ValueError(f"it says that it has {rows} rows and holds {row_text}")

@@ -1,4 +1,4 @@
-"""What a table shows of its clock: evidence of each column, scored here and nowhere else.
+"""Evidence for the clock of a table: of each column, scored here and nowhere else.
 
 A name that is plainly of a time counts most, then one that may be, then a unit of time in a name.
 A column without any of these is the clock if its values rise evenly at a rate that sensors have.
@@ -24,7 +24,7 @@ from zerorate.record.log import LogError
 from zerorate.record.names import meaning_of, split_unit
 from zerorate.types import Floats
 
-NOT_TIME: Final = " is not taken for the time: "
+NOT_TIME: Final = " is not read as the time: "
 _BACKWARD: Final = 0.01
 """Part of the steps of a clock that may lead back, as by a clock that was set."""
 _ALIKE: Final = 0.02
@@ -38,7 +38,7 @@ _SCORES: Final = {
     _RISES: "by its values, which rise evenly",
 }
 _FEWEST: Final = 10
-"""Rows from which on values alone tell a clock."""
+"""Fewest rows for a clock by values alone."""
 _GYRO_END: Final = 4000.0
 """Largest rate that a gyro measures, deg/s."""
 _GRAVITY: Final = (1.0, 9.80665)
@@ -56,16 +56,16 @@ class Clue(NamedTuple):
 
     @property
     def evidence(self) -> str:
-        """What speaks for it."""
+        """The evidence in words."""
         return _SCORES[self.score]
 
 
 def with_time(table: Table) -> Table:
-    """Return the table with its time column, where only the values tell which it is."""
+    """Return the table with its time column, where only the values show it."""
     table = join_time_columns(table)
     names = table.names
-    told = table.time is not None or table.timeless
-    if told or names is None:
+    stated = table.time is not None or table.timeless
+    if stated or names is None:
         return table
     if any(map(looks_like_time, names)):
         return _with_finer(table, names)
@@ -73,7 +73,7 @@ def with_time(table: Table) -> Table:
     best = _best(clues, table)
     if best is not None:
         if best.score < _MAYBE:
-            notes = [f"column '{names[best.place]}' is taken for the clock {best.evidence}"]
+            notes = [f"column '{names[best.place]}' is read as the clock {best.evidence}"]
             noted = replace(table.meta, notes=(*table.meta.notes, *notes))
             return replace(table, time=best.place, meta=noted)
         return replace(table, time=best.place)
@@ -82,11 +82,11 @@ def with_time(table: Table) -> Table:
 
 
 def _with_finer(table: Table, names: tuple[str, ...]) -> Table:
-    """Return the table with what is finer than its only clock, if that has whole seconds."""
+    """Return the table with a finer column than its only clock, if that has whole seconds."""
     clocks = [i for i, name in enumerate(names) if looks_like_time(name)]
     others = [i for i, name in enumerate(names) if i not in clocks and meaning_of(name) is None]
     if len(clocks) > 1 or not others or table.whole is None:
-        return table  # of other formats nothing is loaded that is not asked for
+        return table  # of other formats only requested columns are loaded
     try:
         (column,) = table.load(clocks)
         stamps = to_seconds(column, names[clocks[0]], None, table.time_unit)
@@ -97,7 +97,7 @@ def _with_finer(table: Table, names: tuple[str, ...]) -> Table:
     for other in others:
         found = _joined_with(table, stamps.seconds, other)
         if found is not None:
-            note = f"'{names[clocks[0]]}' has whole seconds; column '{names[other]}' tells the rest"
+            note = f"'{names[clocks[0]]}' has whole seconds; column '{names[other]}' has the rest"
             meta = replace(found.meta, notes=(*found.meta.notes, note))
             return replace(found, meta=meta)
     return table
@@ -129,7 +129,7 @@ def _joined_with(table: Table, seconds: Floats, index: int) -> Table | None:
 
 
 def _runs(values: Floats, seconds: Floats, per_second: float) -> bool:
-    """Whether a clock that counts so fast is within its second all the time."""
+    """Return True if a clock that counts so fast is within its second all the time."""
     return bool(np.ptp(values / per_second - seconds) < 1.0 + _ALIKE)
 
 
@@ -159,7 +159,7 @@ def clues_of(table: Table) -> tuple[list[Clue], list[str]]:
 
 
 def candidates(table: Table) -> list[str | Argument]:
-    """Return the end of a refusal: what to type for each column that may be the clock."""
+    """Return the end of a refusal: the option to type for each column that may be the clock."""
     clues, _ = clues_of(table)
     if not clues:
         return []
@@ -171,7 +171,7 @@ def candidates(table: Table) -> list[str | Argument]:
 
 
 def _best(clues: Sequence[Clue], table: Table) -> Clue | None:
-    """Return the clock of most evidence; of several alike the finest, if they agree, else None."""
+    """Return the clock of most evidence; among equal ones the finest, if they agree, else None."""
     best = max((clue.score for clue in clues), default=0)
     likely = [clue for clue in clues if clue.score == best]
     if len(likely) < 2 or best >= _MAYBE:
@@ -185,7 +185,7 @@ def _per_second(table: Table, clue: Clue) -> float:
 
 
 def _agree(one: Clue, other: Clue, table: Table) -> bool:
-    """Whether two clocks differ in their unit alone."""
+    """Return True if two clocks differ in their unit alone."""
     units = [find_time_unit(table.label(clue.place)) for clue in (one, other)]
     ratio = one.step / other.step
     if units[0] and units[1]:
@@ -197,7 +197,7 @@ def _agree(one: Clue, other: Clue, table: Table) -> bool:
 def _even_step(table: Table, index: int) -> float | None:
     """Return the counts from row to row of a column that rises evenly at the rate of a sensor.
 
-    What counts by one is no clock but a counter, unless its name tells a unit.
+    A column that counts by one is no clock but a counter, unless its name has a unit.
     """
     try:
         (column,) = table.load([index])
@@ -219,7 +219,7 @@ def _even_step(table: Table, index: int) -> float | None:
 
 
 def _why_no_clock(table: Table, index: int) -> str | None:
-    """Return why the values of a column are no timestamps; None if hardly any is out of order."""
+    """Return the reason why a column holds no timestamps; None if hardly any is out of order."""
     try:
         (column,) = table.load([index])
         # Whatever their unit, a clock rises.
@@ -233,12 +233,12 @@ def _why_no_clock(table: Table, index: int) -> str | None:
 
 
 def clock_beside(table: Table, time: int) -> UnitHint:
-    """Return what tells the unit of a time column by another clock of the table, if there is one.
+    """Return a hint on a time column's unit from another clock of the table, if there is one.
 
     That is a column named like a time, with its unit in its name, that runs as far in the log.
     """
 
-    def tells(units: Sequence[str]) -> tuple[str, str] | None:
+    def hint(units: Sequence[str]) -> tuple[str, str] | None:
         for index, name in enumerate(table.names or ()):
             unit = find_time_unit(name)
             if index == time or unit is None or not has_time_name(name):
@@ -250,11 +250,11 @@ def clock_beside(table: Table, time: int) -> UnitHint:
                     return one, name
         return None
 
-    return tells
+    return hint
 
 
 def _ratio(table: Table, one: int, other: int) -> float | None:
-    """Return how much faster one column counts than another, None where one of them does not."""
+    """Return the ratio of two columns' rates of counting, None if one of them does not count."""
     try:
         loaded = table.load([one, other])
     except LogError:
@@ -271,11 +271,11 @@ def _ratio(table: Table, one: int, other: int) -> float | None:
 def named_time(
     table: Table,
     names: tuple[str, ...],
-    asked: Sequence[int] | None,
+    requested: Sequence[int] | None,
     kinds: Sequence[str],
 ) -> int | None:
     """Return the time column of a table with names: of several the one that fits the data."""
-    taken = asked or ()
+    taken = requested or ()
     if table.timeless:
         return None
     if table.time is not None:
@@ -294,7 +294,7 @@ def _is_of(name: str, kinds: Sequence[str]) -> bool:
 
 
 def _belongs(table: Table, names: tuple[str, ...], time: int, data: int) -> tuple[bool, int]:
-    """Return how well a time fits a data column: by its length, then by the folders they share."""
+    """Return the match of a time to a data column: by its length, then by shared folders."""
     same = table.lengths is None or table.lengths[time] == table.lengths[data]
     folders = zip(names[time].split("/")[:-1], names[data].split("/")[:-1], strict=False)
     return same, sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], folders))
@@ -323,7 +323,7 @@ def loaded(table: Table, index: int) -> Column | None:
 
 
 def rises(column: Column) -> bool:
-    """Whether values rise over most rows and hardly ever fall, as a clock's do."""
+    """Return True if values rise over most rows and hardly ever fall, as a clock's do."""
     steps = np.diff(column.astype(np.float64)) if column.dtype.kind in "fiu" else np.ones(1)
     return (
         bool((steps < 0).mean() <= _BACKWARD and (steps > 0).mean() > 0.5) if len(steps) else False
@@ -331,7 +331,7 @@ def rises(column: Column) -> bool:
 
 
 def steady(column: Column) -> bool:
-    """Whether values rise in near-equal steps over most rows, as a clock's do."""
+    """Return True if values rise in near-equal steps over most rows, as a clock's do."""
     if len(column) < 3 or column.dtype.kind not in "fiuMm":
         return False
     counts = column.view(np.int64) if column.dtype.kind in "Mm" else column
@@ -347,7 +347,7 @@ def _counts_rows(column: Column) -> bool:
 
 
 def not_of_gyro(table: Table, places: Sequence[int]) -> tuple[str, Sequence[int]] | None:
-    """Return why columns of a table without names are no gyro, and those that may be one.
+    """Return the reason why a table without names has no gyro, and the columns that may be one.
 
     None stands for a gyro.
     """

@@ -1,4 +1,4 @@
-"""What a file is taken for, and why: its format, its topics, and each of its columns."""
+"""Explanation of a file as it is read: its format, its topics, and each of its columns."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from zerorate.io.reading import ReadArguments
 from zerorate.io.recording import read_recording
 from zerorate.io.table import Content, Format, Table
 from zerorate.io.writing import WRITTEN_SUFFIXES
+from zerorate.numerals import shorten
 from zerorate.record.log import Log, LogError
 from zerorate.record.names import meaning_of, split_unit
 from zerorate.record.recording import Recording
@@ -31,7 +32,7 @@ _STATED: Final = "as stated"
 
 @dataclass(frozen=True)
 class ColumnExplanation:
-    """A column: its name, what that means, its unit and who says it, and the log that has it.
+    """A column: its name, its meaning, its unit with the origin, and its log.
 
     Texts are empty where nothing is known.
     """
@@ -52,24 +53,24 @@ class TopicExplanation:
 
 @dataclass(frozen=True)
 class Explanation:
-    """What a file is taken for.
+    """Explanation of a file as it is read.
 
     Attributes
     ----------
     source : str
         The file.
     format : str
-        Its kind, as ``meta["format"]`` of its logs.
+        Its format, as ``meta["format"]`` of its logs.
     reason : str
-        How it was recognised.
+        Evidence for the format.
     topics : tuple of ExplainedTopic
         The tables from which logs are read.
     others : tuple of str
-        Topics that are read only when they are asked for.
+        Topics that are read only on request.
     logs : mapping of str to Log
-        What is read of it; empty where nothing is.
+        Logs read from it; empty if there are none.
     notes : tuple of str
-        What was assumed, and what is not read and why.
+        Assumptions, and parts that are not read, with reasons.
     """
 
     source: str
@@ -82,7 +83,7 @@ class Explanation:
 
 
 def explain(path: str | os.PathLike[str], **arguments: Unpack[ReadArguments]) -> Explanation:
-    """Return what a file is taken for: its format, its topics, each of its columns.
+    """Explain how a file is read: its format, its topics, each of its columns.
 
     Parameters
     ----------
@@ -94,7 +95,7 @@ def explain(path: str | os.PathLike[str], **arguments: Unpack[ReadArguments]) ->
     Returns
     -------
     Explanation
-        Of a file that cannot be read as a recording ``notes`` begins with the reason.
+        Explanation; if the file cannot be read as a recording, ``notes`` begins with the reason.
 
     Raises
     ------
@@ -136,7 +137,7 @@ def _collect_notes(recording: Recording | None, logs: Mapping[str, Log]) -> Iter
 
 
 def explain_format(file: Path, form: Format) -> str:
-    """Return how a file was recognised as of a format, in words."""
+    """Return the evidence for a file's format, in words."""
     suffix = file.suffix.lower()
     if file.is_dir():
         return "a folder with metadata.yaml" if form.kind == "ros2" else "files named after sensors"
@@ -203,18 +204,18 @@ def _explain_column(
 ) -> ColumnExplanation:
     name = table.label(index)
     if index == time or looks_like_time(name):
-        told = "time" if has_time_name(name) else f"time, {clues.get(index, _STATED)}"
+        meaning_text = "time" if has_time_name(name) else f"time, {clues.get(index, _STATED)}"
         unit = (table.time_unit if index == time else None) or find_time_unit(name)
         return ColumnExplanation(
-            name, told, f"{unit}, {_BY_NAME}" if unit else "by its numbers", log
+            name, meaning_text, f"{unit}, {_BY_NAME}" if unit else "by its numbers", log
         )
     meaning = meaning_of(name)
     if meaning is None:
         unit = split_unit(name)[1]
-        told = f"may be the time {clues[index]}" if index in clues else ""
-        told = told or ("" if log or logs else _values(table, index))
-        told = told or (f"{log}, by its place" if log else "")
-        return ColumnExplanation(name, told, f"{unit}, {_BY_NAME}" if unit else "", log)
+        meaning_text = f"may be the time {clues[index]}" if index in clues else ""
+        meaning_text = meaning_text or ("" if log or logs else _values(table, index))
+        meaning_text = meaning_text or (f"{log}, by its position" if log else "")
+        return ColumnExplanation(name, meaning_text, f"{unit}, {_BY_NAME}" if unit else "", log)
     words = meaning.words
     parts = [meaning.kind]
     if words is not None:
@@ -227,12 +228,14 @@ def _explain_column(
 
 
 def _values(table: Table, index: int) -> str:
-    """Return what is in a column of a file of which nothing is read."""
+    """Return the contents of a column, in a file that is not read."""
     column = loaded(table, index)
     if column is None or column.dtype.kind not in "fiu":
         return "holds texts" if column is None else ""
     known = column[np.isfinite(column)]
-    return f"{known.min():.4g} to {known.max():.4g}" if known.size else "all missing"
+    return (
+        f"{shorten(known.min(), 4)} to {shorten(known.max(), 4)}" if known.size else "all missing"
+    )
 
 
 def _explain_unit(table: Table, unit: str | None) -> str:
@@ -254,7 +257,7 @@ class FormatSupport:
     extra : str
         What installs the package that it needs; empty where it needs none.
     is_installed : bool
-        Whether that package is installed.
+        True if that package is installed.
     """
 
     called: str

@@ -137,16 +137,16 @@ def read_fixes(
         ``time_s``, ``latitude_deg``, ``longitude_deg``, ``height_m`` in any format or object that
         `read_recording` takes, PX4's ULog among them. ``docs/how-to/fixes.md`` lists the columns.
     format : {"nmea", "rtklib", "navsatfix", "table"}, optional
-        What a file is. Default: found from its content, whatever its suffix.
+        Format of a file. Default: found from its content, whatever its suffix.
     topic : str, optional
         The topic of a PX4 log; by default the first with a latitude.
 
     Returns
     -------
     Fixes
-        In order of time, in deg, m and m/s. What has no position, or stands earlier than the row
-        before, is left out; ``notes`` says how much, and what was assumed. Times are those of the
-        file: Unix time where it tells the date, of GPS in a solution of RTKLIB that is in it, and
+        In order of time, in deg, m and m/s. Rows without a position, or earlier than the row
+        before, are left out; ``notes`` states their number, and assumptions. Times are those of the
+        file: Unix time if it has the date, GPS time in a solution of RTKLIB in that time, and
         ``epoch`` leads from there to UTC.
 
     Raises
@@ -162,8 +162,8 @@ def read_fixes(
 
     Notes
     -----
-    Heights are above the ellipsoid. NMEA tells the height above mean sea level and that of the
-    geoid, whose sum it is; where it tells only the first, ``notes`` says so.
+    Heights are above the ellipsoid. NMEA has the height above mean sea level and the geoid's
+    height, which are added; if it has only the first, ``notes`` says so.
 
     Examples
     --------
@@ -215,7 +215,7 @@ def _read_content(source: LogSource, format: FixFormat | None) -> Content:
 
 
 def _find_format(file: Path, format: FixFormat | None) -> Format | None:
-    """Return the format of a text, None for a file that is as its suffix tells."""
+    """Return the format of a text, None for a file of the format of its suffix."""
     if file.is_dir():
         return None
     with file.open("rb") as opened_file:
@@ -242,7 +242,7 @@ def _find_format(file: Path, format: FixFormat | None) -> Format | None:
 
 
 def _choose_table(content: Content, topic: str | None) -> Table:
-    """Return the table of the topic asked for, or the first that has places."""
+    """Return the table of the requested topic, or the first that has positions."""
     if topic is not None:
         return content.choose_table(topic)
     tables = content.tables.values()
@@ -265,7 +265,7 @@ def _find_column(table: Table, wanted: re.Pattern[str]) -> int | None:
 
 @dataclass
 class _FixColumns:
-    """Columns of a table by what their names mean, and what was noted about them."""
+    """Columns of a table by the meaning of their names, and notes about them."""
 
     table: Table
     notes: list[str] = field(default_factory=list)
@@ -292,7 +292,7 @@ class _FixColumns:
         return [self._load_degrees(index) for index in pairs[0]]
 
     def _columns_by_prefix(self, wanted: re.Pattern[str], what: str) -> dict[str, int]:
-        """Return the columns of such a name by what stands before it."""
+        """Return the columns of such a name by its prefix."""
         columns: dict[str, int] = {}
         for index, name in enumerate(map(to_snake_case, self.table.names or ())):
             if wanted.search(name):
@@ -304,8 +304,8 @@ class _FixColumns:
     def _load_degrees(self, index: int) -> Floats:
         values, label = self.load_numbers(index), self.table.label(index)
         named = to_snake_case(label).endswith("e7")
-        told = to_snake_case(label).endswith(("_deg", "_degrees", "_rad"))
-        if named or (not told and np.nanmax(np.abs(values), initial=0.0) > _FULL_CIRCLE):
+        has_unit = to_snake_case(label).endswith(("_deg", "_degrees", "_rad"))
+        if named or (not has_unit and np.nanmax(np.abs(values), initial=0.0) > _FULL_CIRCLE):
             self.whole = True
             why = "as its name says" if named else "as whole numbers of that size are"
             self.notes.append(f"'{label}' is read in 1e-7 deg, {why}")
@@ -319,8 +319,8 @@ class _FixColumns:
             return None
         values, name = self.load_numbers(index), to_snake_case(self.table.label(index))
         known = values[np.isfinite(values)]
-        told = name.endswith(("_m", "_mps", "_m_s"))
-        if name.endswith("_mm") or (self.whole and not told and (known == np.rint(known)).all()):
+        metric = name.endswith(("_m", "_mps", "_m_s"))
+        if name.endswith("_mm") or (self.whole and not metric and (known == np.rint(known)).all()):
             self.notes.append(f"'{self.table.label(index)}' is read in 1/{scale:g} m")
             return values / scale
         return values
@@ -405,15 +405,15 @@ class _FixColumns:
 
 
 def _is_of_week(name: str) -> bool:
-    """Whether a column of this name holds the time of the week of GPS."""
+    """Return True if a column of this name holds the time of the week of GPS."""
     return to_snake_case(name) in ("i_tow", "itow", "tow", "tow_ms")
 
 
 def _add_unit(name: str, column: Column) -> str:
-    """Return the name of a time with its unit, where neither it nor its numbers tell that.
+    """Return the name of a time with its unit, if neither it nor its numbers show that.
 
     Fixes come every few milliseconds at most and every minute at least; logs of inertial sensors,
-    for which `to_seconds` judges, are faster.
+    for which `to_seconds` decides, are faster.
     """
     if column.dtype.kind not in "fiu" or len(column) < 2 or find_time_unit(name) is not None:
         return name
@@ -483,7 +483,7 @@ def _make_fixes(table: Table, label: str) -> Fixes:
 
 
 def _velocity(columns: _FixColumns, time: Floats, position: Floats) -> Floats | None:
-    """Return velocities in m/s: those of columns, of whole numbers by what the places tell."""
+    """Return velocities in m/s: those of columns, whole numbers scaled by the positions."""
     found = columns.vector(_VELOCITY)
     if found is None:
         return columns.over_ground()
@@ -495,12 +495,12 @@ def _velocity(columns: _FixColumns, time: Floats, position: Floats) -> Floats | 
     # Places are noisy, velocities are not: the slope of those on these has no bias.
     slope = float(np.nansum(moved * found[1:, :2]) / max(np.nansum(found[1:, :2] ** 2), 1e-9))
     scale = min((1.0, 1e2, 1e3), key=lambda one: abs(np.log(max(slope, 1e-9) * one)))
-    columns.notes.append(f"velocities are read in 1/{scale:g} m/s, as the places tell")
+    columns.notes.append(f"velocities are read in 1/{scale:g} m/s, as the positions show")
     return found / scale
 
 
 def _select_fixes(columns: _FixColumns, time: Floats, position: Floats) -> Booleans:
-    """Return which rows are fixes, later than those before."""
+    """Return the mask of rows that are fixes, each later than those before."""
     latitude, longitude = position[:, 0], position[:, 1]
     # Loggers write zeros before the first fix.
     has_position = (
@@ -539,7 +539,7 @@ def _find_position_sigmas(columns: _FixColumns) -> Floats | None:
     if across is not None:
         up = columns.lengths(_ACCURACY["vertical"])
         wide = np.column_stack([across, across, across * np.nan if up is None else up])
-        columns.notes.append("accuracies are taken for standard deviations")
+        columns.notes.append("accuracies are used as standard deviations")
         return np.where(wide > 0.0, wide, np.nan)
     # Row by row, in east, north and up.
     east, north, up = (
@@ -572,7 +572,7 @@ def _find_sigmas(
     sigmas = np.abs(sigmas)
     zero = sigmas == 0.0
     if zero.any():
-        columns.notes.append("standard deviations of zero are taken for unknown")
+        columns.notes.append("standard deviations of zero count as unknown")
     return np.where(zero, np.nan, sigmas)
 
 

@@ -143,7 +143,7 @@ _TO_CONVERT: Final = {
 
 
 def label_of(source: LogSource) -> str:
-    """Return what messages and outputs call a source."""
+    """Return the name of a source for messages and outputs."""
     if isinstance(source, (str, os.PathLike)):
         return make_printable(str(source if is_address(source) else Path(source)))
     if isinstance(source, Part):
@@ -206,12 +206,12 @@ def check_readable(file: Path) -> None:
 
 
 def is_bag_folder(path: Path) -> bool:
-    """Whether a folder is a ROS 2 bag."""
+    """Return True if a folder is a ROS 2 bag."""
     return (path / "metadata.yaml").is_file()
 
 
 def _is_sensor_folder(path: Path) -> bool:
-    """Whether a folder holds text tables that are named after their sensors."""
+    """Return True if a folder holds text tables that are named after their sensors."""
     if not path.is_dir():
         return False
     from zerorate.io.readers.text import find_sensor_files
@@ -245,7 +245,7 @@ def find_format(file: Path) -> Format:
 
 
 def _is_text_table(file: Path) -> bool:
-    """Whether a file of another suffix, such as ``.log``, is a text with lines of numbers."""
+    """Return True if a file of another suffix, such as ``.log``, has lines of numbers."""
     with file.open("rb") as opened_file:
         head = opened_file.read(1 << 12)
     is_binary = find_binary_format(head) is not None

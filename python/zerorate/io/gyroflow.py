@@ -1,4 +1,4 @@
-"""Logs as Gyroflow takes them beside a video: a text with its own header, ``.gcsv``."""
+"""Logs as Gyroflow takes them with a video: a text with its own header, ``.gcsv``."""
 
 from __future__ import annotations
 

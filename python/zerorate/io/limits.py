@@ -1,10 +1,11 @@
-"""Limits of what a file may cost to read: seconds and bytes by its size, and columns."""
+"""Limits of the cost of reading a file: seconds and bytes by its size, and columns."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Final
 
+from zerorate.numerals import shorten
 from zerorate.record.log import LogError
 
 _BASE_BYTES: Final = 64 << 20
@@ -16,12 +17,12 @@ _MAX_COLUMNS: Final = 16_384
 
 
 def max_bytes(path: Path) -> int:
-    """Return how much memory the content of a file, or of a folder, may take."""
+    """Return the limit of memory for the content of a file, or of a folder, bytes."""
     return _BASE_BYTES + _BYTES_PER_FILE_BYTE * _file_size(path)
 
 
 def max_seconds(path: Path) -> float:
-    """Return how long a process may compute to read a file."""
+    """Return the limit of computing time for a process that reads a file, s."""
     return _BASE_SECONDS + _SECONDS_PER_MB * 1e-6 * _file_size(path)
 
 
@@ -29,9 +30,10 @@ def check_bytes(path: Path, declared: int, what: str) -> None:
     """Refuse content that is far larger than its file, as only zeros or damage can be packed."""
     if declared > max_bytes(path):
         raise LogError(
-            f"{what} would take {1e-6 * declared:.3g} MB of memory, more than "
+            f"{what} would take {shorten(1e-6 * declared, 3)} MB of memory, more than "
             f"{_BYTES_PER_FILE_BYTE} "
-            f"times the file of {1e-6 * _file_size(path):.3g} MB: it is damaged, or holds hardly "
+            f"times the file of {shorten(1e-6 * _file_size(path), 3)} MB: it is damaged, or holds "
+            "hardly "
             "anything but repetitions"
         )
 

@@ -35,7 +35,7 @@ from zerorate.types import Booleans, Floats, Integers
 
 @dataclass(frozen=True)
 class GridRuns:
-    """Where rows stand on a grid of some length: runs without gaps, each by its first row.
+    """Positions of rows on a grid of some length: runs without gaps, each by its first row.
 
     A grid without gaps is one run, however long.
     """
@@ -137,12 +137,12 @@ _AXES: Final = 3
 
 @dataclass(frozen=True)
 class LogFile:
-    """A log on a uniform time grid of which a part at a time is in memory.
+    """A log on a uniform time grid, with one part at a time in memory.
 
     Parameters
     ----------
     header : Header
-        What is known before any data are read. Its notes do not tell of columns that are all
+        Header, known before any data are read. Its notes do not mention columns that are all
         missing.
     time : callable
         Gives the times of the samples from a first one up to an end, s.
@@ -150,9 +150,9 @@ class LogFile:
         Gives the data in arrays (k, rows), the last one shorter, NaN where a sample is missing.
         While they are read a `LogError` may be raised.
     whole : Log or None
-        The log itself, where it is in memory already.
+        The log itself, if it is in memory already.
     stamps : callable or None
-        Gives when samples were taken, as `time` does, where the clock wanders; else None.
+        Gives the times of the samples, as `time` does, if the clock wanders; else None.
     """
 
     header: Header
@@ -174,7 +174,7 @@ class LogFile:
         return cls(Header.of(log), lambda first, end: log.time[first:end], blocks, log, stamps)
 
     def sampled(self, first: int, end: int) -> Floats:
-        """Return when samples were taken, s, from a first one up to an end."""
+        """Return the times of samples, s, from a first one up to an end."""
         return (self.stamps or self.time)(first, end)
 
     def log(self) -> Log:
@@ -206,8 +206,8 @@ def open_imu(
     """Return the log that `open_log` returns, and that of its accelerometer.
 
     The accelerometer is the one of the same table that is named like the gyro, or the only one. It
-    is None if there is none, if it has not three axes or cannot be read, and where a log is of
-    several gyros.
+    is None if there is none, if it has not three axes or cannot be read, and where ``sensor`` asks
+    for all gyros. Several gyros of which none is named are a LogError that lists them.
     """
     return _open_logs(path, ReadOptions.of(**arguments), unit, accel=True)
 
@@ -222,7 +222,7 @@ def _open_logs(
         source_meta = {"source": label, "format": kind}
         grouping = group_all(unit, options.scaling)
         selection = select_columns(
-            table, options.rate, options.columns, grouping, sensor=options.sensor
+            table, options.rate, options.columns, grouping, sensor=options.sensor, is_sole=accel
         )
         accel_columns = (
             find_accelerometer(selection.table.names or (), selection.data) if accel else ()
@@ -248,9 +248,9 @@ def _load_once(selection: Selection, accel_columns: Sequence[int]) -> Table:
     except LogError:
         return table  # what is wrong is said where it is read
 
-    def load(asked: Sequence[int]) -> list[Column]:
-        there = all(i in columns for i in asked)
-        return [columns[i] for i in asked] if there else table.load(asked)
+    def load(requested: Sequence[int]) -> list[Column]:
+        there = all(i in columns for i in requested)
+        return [columns[i] for i in requested] if there else table.load(requested)
 
     return replace(table, load=load)
 

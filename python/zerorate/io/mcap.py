@@ -1,7 +1,7 @@
 """Logs as MCAP, which Foxglove and PlotJuggler open: messages of ROS 2 with their schemas.
 
 What a log's columns are called says what they become: ``/imu`` (a gyro of three axes, with the
-accelerometer beside it), ``/pose`` (quaternions), ``/fix`` (latitude, longitude, height), ``/bias``
+accelerometer with it), ``/pose`` (quaternions), ``/fix`` (latitude, longitude, height), ``/bias``
 (three axes), and ``/status`` all the others. The messages of a row are written together, of one
 length each, so that NumPy lays them out. See https://mcap.dev/spec.
 """
@@ -31,7 +31,7 @@ _CHUNK_ROWS: Final = 8192
 _CDR: Final = b"\x00\x01\x00\x00"
 _TOPIC_FRAMES: Final = {"/pose": b"global\0"}
 _FRAME: Final = b"sensor\0"
-"""Of what the axes are; as long for all topics, so that what follows stands alike."""
+"""Description of the axes; as long for all topics, so that the rest is aligned."""
 _STAMP: Final = "builtin_interfaces/Time"
 _SEPARATOR: Final = "\n" + "=" * 80 + "\n"
 _HEADER: Final = (
@@ -287,7 +287,7 @@ def _make_row_type(topics: Sequence[_Topic]) -> np.dtype[Any]:
 
 
 def _fill_constants(messages: np.ndarray[Any, Any], number: int, topic: _Topic) -> None:
-    """Fill in what is the same in all messages of a topic."""
+    """Fill in the fields that are the same in all messages of a topic."""
     messages["op"], messages["channel"] = 0x05, number
     messages["length"] = messages.dtype.itemsize - 9
     messages["cdr"] = np.void(_CDR)

@@ -19,16 +19,16 @@ _KEYS = ("body_from_sensor", "antenna_from_imu_m", "time_offset_s", "imu_time_of
 
 
 def read_mounting(path: str | os.PathLike[str]) -> Mounting:
-    """Return what a Parquet file says of the mounting of its sensors in its metadata.
+    """Read the mounting of the sensors from the metadata of a Parquet file.
 
-    The keys are body_from_sensor (a matrix as JSON), antenna_from_imu_m, and time_offset_s, what is
-    to be added to the times of the fixes, or imu_time_offset_s, what is to be added to those of the
-    sensors. Of a file of another format nothing is known.
+    The keys are body_from_sensor (a matrix as JSON), antenna_from_imu_m, and time_offset_s, an
+    offset to add to the times of the fixes, or imu_time_offset_s, one to add to those of the
+    sensors. Files of other formats state nothing.
 
     Raises
     ------
     LogError
-        If what is said cannot be read.
+        If a statement cannot be read.
 
     Examples
     --------
@@ -51,7 +51,7 @@ def read_mounting(path: str | os.PathLike[str]) -> Mounting:
 
 
 def mounting_of(text: str) -> Mounting:
-    """Return what a text states: nine numbers of a rotation row by row, or a file.
+    """Return the mounting in a text: nine numbers of a rotation row by row, or a file.
 
     A file has the numbers in its text, or states the mounting in its metadata.
 

@@ -23,7 +23,7 @@ class Part:
     Parameters
     ----------
     name
-        What the rows have in common in the column that tells them apart.
+        Common value of the rows in the column that distinguishes them.
     label
         What messages and outputs call it.
     kind, content
@@ -101,7 +101,7 @@ def suggest_grouping(table: Table, time: int | None, stamps: Column | None) -> s
             continue
         if _separates_clocks(table, index, stamps):
             return make_sentence(
-                f"column '{name}' seems to tell several records apart; ",
+                f"column '{name}' seems to distinguish several records; ",
                 keyword_argument("group_by"),
                 " reads each",
             )

@@ -1,4 +1,4 @@
-"""Selections from the tables of a source: gyros, accelerometers, or the columns asked for."""
+"""Selections from the tables of a source: gyros, accelerometers, or requested columns."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class ReadArguments(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """What a caller asks of a source, beside which of its columns make a log.
+    """Caller's options of reading, except the columns that make a log.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class ReadOptions:
 
 @dataclass(frozen=True)
 class Selection:
-    """What is read of a table: columns of data and of time, their groups, and the rate stated."""
+    """Selection from a table: columns of data and of time, their groups, and the rate stated."""
 
     table: Table
     data: tuple[int, ...]
@@ -127,7 +127,7 @@ class Selection:
     rate: float | None
 
     def meta(self, source_meta: dict[str, str], grid: Grid) -> dict[str, object]:
-        """Return the metadata of every group, to what is told of the source."""
+        """Return the metadata of every group, with those of the source."""
         meta: dict[str, object] = {**source_meta, "clock": grid.report}
         if self.table.meta.sensor is not None:
             meta["sensor"] = self.table.meta.sensor
@@ -163,8 +163,8 @@ def read_log(
         or ``.db3`` of a ROS 2 bag, ``.mcap``, PX4's ``.ulg``, ArduPilot's ``.bin`` or its text,
         a camera's ``.mp4``, Betaflight's ``.bbl``. Or an object: a data frame of pandas or polars,
         a pyarrow table or another with ``__arrow_c_stream__``, a dict of arrays by name, a
-        structured array, an array (n,) or (n, k). ``docs/reference/logs.md`` says what is read of
-        each.
+        structured array, an array (n,) or (n, k). ``docs/reference/logs.md`` describes what is read
+        from each.
     rate
         Samples per second, Hz. Needed where the file has neither timestamps nor a rate in its
         metadata; elsewhere it must agree with the timestamps to 1 % and then is the log's rate.
@@ -176,37 +176,37 @@ def read_log(
     unit
         ``"rad/s"``, ``"deg/s"``, ``"deg/h"``, ``"g"`` or ``"m/s^2"``, where the file does not
         say it. By default the suffix of the columns' names (``_dps``, ``[rad s^-1]``), then the
-        metadata; ``"unit"`` where nothing is known. Values are never converted.
+        metadata; ``"unit"`` where it is unknown. Values are never converted.
     topic
-        Which topic to read of a ROS recording, needed where several hold ``sensor_msgs/Imu``, or
+        Topic to read from a ROS recording, needed where several hold ``sensor_msgs/Imu``, or
         of a PX4 log, by default ``sensor_combined`` or else the first with a gyro.
     sensor
-        Which gyro of several: words of its columns' names, as ``"imu2"``, ``"left ankle"`` or
+        Gyro of several: words of its columns' names, such as ``"imu2"``, ``"left ankle"`` or
         ``"uncalibrated"``; ``"all"`` for those of every device together. By default one of three
         axes, unfiltered rather than filtered, calibrated rather than raw counts, and the first in
         the file; a note names the others.
     scale
-        What the values are multiplied by, where they are raw counts or in another unit than
-        `unit` says: a number, or `zerorate.raw_counts` of a device, whose unit is then known.
+        Factor of the values, if they are raw counts or not in `unit`: a number, or
+        `zerorate.raw_counts` of a device, whose unit is then known.
     start, stop
-        Seconds from the first sample, between which the log is read: from `start`, to before
-        `stop`. By default all of it. The clock is that of the whole log in any case.
+        Part of the log to read, in seconds from the first sample: from `start` to before `stop`. By
+        default all of it. The clock is always that of the whole log.
     time
-        Name or index of the column with the timestamps, where it is not found by its name or is
-        another one; False to read the log without, by `rate`.
+        Name or index of the column with the timestamps, if it is not found by its name; False to
+        ignore timestamps and use `rate`.
     time_unit
-        Unit of numbers as timestamps, where their name does not say it and what they would mean
-        does not tell: ``"s"``, ``"ms"``, ``"us"``, ``"ns"``, ``"100us"``, ``"min"``, ``"h"``,
-        ``"days"``, or ``"samples"`` of the `rate` stated.
+        Unit of numeric timestamps, if neither their name nor their values show it: ``"s"``,
+        ``"ms"``, ``"us"``, ``"ns"``, ``"100us"``, ``"min"``, ``"h"``, ``"days"``, or ``"samples"``
+        of the `rate` stated.
     torn
-        ``"skip"`` leaves out the lines of a text table that are no whole rows; by default one that
-        is not the last or the first is an error, which names it.
+        ``"skip"`` leaves out lines of a text table that are not whole rows; by default such a line,
+        unless it is the last or the first, is an error that names it.
 
     Returns
     -------
     Log
-        Data of shape (n, k), float64, NaN where a sample is missing. ``meta["clock"]`` reports
-        on the timestamps, ``meta["notes"]`` on what was assumed.
+        Data of shape (n, k), float64, NaN where a sample is missing. ``meta["clock"]`` reports on
+        the timestamps, ``meta["notes"]`` on assumptions.
 
     Raises
     ------
@@ -231,13 +231,13 @@ def read_log(
     the rows have the `rate` stated or one of 0.5 Hz to 32 kHz; where two remain the log is
     refused. In a table without names the first column is the time if it rises in near-equal steps
     over most rows and no other column does; if it only counts rows (0, 1, 2, ...) it is left out,
-    and ``rate`` is needed. Where the clock wanders its stamps are kept, in ``stamps``.
+    and ``rate`` is needed. If the clock wanders its stamps are kept, in ``stamps``.
 
-    Missing samples, judged by the stamps' deviation from a uniform clock, become NaN rows.
-    Late or repeated stamps do not add or drop rows. Where the clock jumps back, the rows stay in
-    the file's order and the time goes on. Samples that their host stamped as they arrived, in
-    bursts, stand on the regular clock under the stamps. Rows that repeat the one before because the
-    sensor is slower than its log are left out, unless ``rate`` is that of the timestamps.
+    Missing samples, found by the stamps' deviation from a uniform clock, become NaN rows.
+    Late or repeated stamps do not add or drop rows. If the clock jumps back, the rows keep the
+    file's order and the time goes on. Samples that a host stamped on arrival, in bursts, get the
+    times of the regular clock below the stamps. Rows that repeat the one before because the sensor
+    is slower than its log are left out, unless ``rate`` is that of the timestamps.
 
     Examples
     --------
@@ -259,7 +259,7 @@ def read_log(
 
 
 def group_all(unit: str | None, scaling: Scaling) -> Grouping:
-    """Return what makes one group of all columns, in the unit given or in their own."""
+    """Return a grouping that makes one group of all columns, in the unit given or in their own."""
     stated_unit = None if unit is None else canonical_unit(unit)
 
     def grouped(names: list[str], file_unit: str | None) -> list[Group]:
@@ -312,11 +312,12 @@ def select_columns(
     grouping: Grouping,
     kinds: Sequence[str] = ("gyro",),
     sensor: str | None = None,
+    is_sole: bool = False,
 ) -> Selection:
-    """Return what is to be read of a table, of which only a table without names is loaded."""
+    """Select the columns to read; data are loaded only if the table has no column names."""
     table = table.load_all() if table.names is None else with_time(table)
     check_samples(table, columns)
-    choice = choose_columns(table, columns, kinds, sensor)
+    choice = choose_columns(table, columns, kinds, sensor, is_sole)
     if choice.notes:
         meta = replace(table.meta, notes=(*table.meta.notes, *choice.notes))
         table = replace(table, meta=meta)
@@ -325,7 +326,7 @@ def select_columns(
     stated_rate = _find_rate(rate, table)
     if choice.time is None and stated_rate is None:
         hint_text = "".join(f"; {note}" for note in table.meta.notes if NOT_TIME in note)
-        lacking = "there are no timestamps to tell the sampling rate; give "
+        lacking = "there are no timestamps for the sampling rate; give "
         raise LogError(
             make_sentence(
                 lacking, keyword_argument("rate"), f" in Hz{hint_text}", *candidates(table)
@@ -467,7 +468,7 @@ def scale_values(values: Floats, factor: float | None) -> Floats:
 def describe_assumptions(
     selection: Selection, group: Group, head: Floats, clock: Clock
 ) -> list[str]:
-    """Return the sentences on what was assumed of a group: its unit, by its head, and its clock."""
+    """Return the sentences on assumptions about a group: its unit, by its head, and its clock."""
     notes, grid = list(selection.table.meta.notes), clock.grid
     names = [selection.names[i] for i in group.indices]
     counts = None
@@ -486,7 +487,7 @@ def describe_assumptions(
 
 
 def _needs_unit(names: Sequence[str]) -> bool:
-    """Return whether anybody asks for the unit: of a magnetometer only the direction counts."""
+    """Return True if the unit matters: of a magnetometer only the direction counts."""
     meanings = [meaning_of(name) for name in names]
     return any(meaning is None or meaning.kind in ("gyro", "accel") for meaning in meanings)
 
@@ -521,7 +522,7 @@ def _describe_bursts(grid: Grid) -> Iterator[str]:
             "more samples are missing than there are; if they were stamped as they arrived, in "
             "bursts, ",
             keyword_argument("rate"),
-            " tells so",
+            " says so",
         )
 
 

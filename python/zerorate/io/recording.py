@@ -27,7 +27,15 @@ from zerorate.io.reading import (
 )
 from zerorate.io.supplement import SourceContent, make_supplement
 from zerorate.io.table import Content, Table
-from zerorate.io.triads import Triad, describe_axes, find_triads, keep_best_stage, select_triads
+from zerorate.io.triads import (
+    Triad,
+    describe_axes,
+    device_label,
+    find_triads,
+    keep_best_stage,
+    select_triads,
+)
+from zerorate.record.devices import DEVICE
 from zerorate.record.log import Log, LogError, units_of
 from zerorate.record.names import (
     UNKNOWN_UNIT,
@@ -89,7 +97,7 @@ def read_recording(
         As of `read_log`; or a list of them, such as the file of an IMU and that of a GNSS
         receiver, whose logs keep their own clocks.
     rate
-        Samples per second of the gyro and of what has no timestamps, Hz.
+        Samples per second of the gyro and of sensors without timestamps, Hz.
     columns
         Names or indices of the gyro's columns, or of those of several kinds, ``{"gyro": ["p", "q",
         "r"], "accel": [4, 5, 6]}``, also ``mag``; by default they are found, one log a sensor.
@@ -106,16 +114,15 @@ def read_recording(
         ``gravity``, ``reference``, ``position``, ``velocity``, and ``position_sigma`` and
         ``velocity_sigma``, their standard deviations.
     sensor
-        Which sensor of several, as of `read_log`. By default there is a log for each device, and of
+        Sensor of several, as of `read_log`. By default there is a log for each device, and of
         values in several stages (raw, calibrated, filtered) the best is read, as ``notes`` says.
     scale
-        What values are multiplied by: a number for the gyro, ``{"gyro": 1 / 131, "accel":
+        Factors of the values: a number for the gyro, ``{"gyro": 1 / 131, "accel":
         1 / 16384}``, or `zerorate.raw_counts` of a device, whose units are then known.
     start, stop
-        Seconds between which the logs are read: from `start`, to before `stop`. They are counted
-        from the earliest sample of all logs of a source; those of a list have clocks of their
-        own. Another sensor than the gyro without a sample there is left out, and ``notes`` says
-        so.
+        Part of the logs to read, s: from `start` to before `stop`, counted from the earliest sample
+        of all logs of a source; those of a list have clocks of their own. Another sensor than the
+        gyro without a sample there is left out, and ``notes`` says so.
     time, time_unit, torn
         As of `read_log`; in a source of several tables the column is that of those that have it.
 
@@ -123,8 +130,8 @@ def read_recording(
     -------
     Recording
         Logs of shape (n, k), NaN where a sample is missing. A sensor that has a value in every
-        second row or fewer has a log at its own rate. Its ``fixes``, ``mounting`` and ``tables``
-        are read when first asked for.
+        second row or fewer has a log at its own rate. The recording's ``fixes``, ``mounting`` and
+        ``tables`` are read at first access.
 
     Raises
     ------
@@ -243,7 +250,7 @@ class _SensorLog(NamedTuple):
 def _cut_to_span(
     logs: Iterable[_SensorLog], request: _Request, notes: list[str]
 ) -> Iterator[_SensorLog]:
-    """Yield the parts of a source's logs that lie in the span asked for."""
+    """Yield the parts of a source's logs within the requested span."""
     all_logs = list(logs)
     if not all_logs:
         return
@@ -259,6 +266,14 @@ def _cut_to_span(
         notes.append(make_sentence(f"{', '.join(log.names)}: left out, for ", missed))
 
 
+class _SensorKey(NamedTuple):
+    """Kind, name and device of a sensor whose columns are found by their names."""
+
+    kind: str
+    name: str = ""
+    device: str = ""
+
+
 class _Sensor(NamedTuple):
     """Columns of a table, by their indices, that are the axes of one sensor."""
 
@@ -266,6 +281,7 @@ class _Sensor(NamedTuple):
     indices: tuple[int, ...]
     unit: str
     factor: float | None = None
+    device: str = ""
 
 
 @dataclass(frozen=True)
@@ -282,9 +298,9 @@ class _Request:
     timing: Timing = field(default_factory=Timing)
 
     def requires(self, sensors: Iterable[_Sensor]) -> bool:
-        """Whether a sensor among these was asked for, so that a fault in it is one of all."""
-        asked = {"gyro", *self.columns}
-        return any(sensor.kind in asked for sensor in sensors)
+        """Return True if one of these sensors was requested, so that its faults are errors."""
+        requested = {"gyro", *self.columns}
+        return any(sensor.kind in requested for sensor in sensors)
 
 
 def _check_units(unit: str | Mapping[str, str] | None) -> dict[str, str]:
@@ -319,7 +335,7 @@ def _read_source(
     notes: list[str],
     column_names: list[str],
 ) -> Iterator[_SensorLog]:
-    """Yield the logs of one source; add what was left out, and the columns that there are."""
+    """Yield the logs of one source; add omissions, and the present columns."""
     tables = [] if request.is_single_topic else _choose_tables(content, request.topic)
     if not tables:
         tables = [content.choose_table(request.topic)]
@@ -332,7 +348,7 @@ def _read_source(
         for shared in _group_by_clock(table, wanted):
             yield from _read_readable(table, shared, request, source_meta, notes)
         if any(sensor.kind == "reference" for sensor in wanted):
-            notes.extend(table.meta.notes)  # of what others are judged by
+            notes.extend(table.meta.notes)  # of the data that others are compared with
         request = replace(request, columns={})
 
 
@@ -343,39 +359,45 @@ def _choose_tables(content: Content, topic: str | None) -> list[Table]:
 
 
 def _choose_sensors(table: Table, request: _Request, notes: list[str]) -> list[_Sensor]:
-    """Return the sensors of a table: those asked for, and those found by name."""
+    """Return the sensors of a table: requested ones, and those found by name."""
     for columns in request.columns.values():
         check_samples(table, columns)
     stated_columns = {
         kind: choose_columns(table, columns).data for kind, columns in request.columns.items()
     }
     used = {index for places in stated_columns.values() for index in places}
-    groups: dict[tuple[str, str], list[int]] = {(k, ""): list(p) for k, p in stated_columns.items()}
-    # Without names nothing is found beside what is asked for.
+    groups: dict[_SensorKey, list[int]] = {
+        _SensorKey(k): list(p) for k, p in stated_columns.items()
+    }
+    # Without names only the requested columns are found.
     is_decided = table.names is None and "gyro" in stated_columns
     named_groups = {} if is_decided else _find_sensors(table, request, used, notes)
     if table.names is None and not is_decided:
         notes.extend(choose_columns(table, None).notes)
-    for (kind, sensor), places in named_groups.items():
-        if kind not in stated_columns:
-            groups[kind, sensor] = places
-    return [_make_sensor(table, kind, places, request) for (kind, _), places in groups.items()]
+    for key, places in named_groups.items():
+        if key.kind not in stated_columns:
+            groups[key] = places
+    return [
+        _make_sensor(table, key.kind, places, request)._replace(device=key.device)
+        for key, places in groups.items()
+    ]
 
 
 def _find_sensors(
     table: Table, request: _Request, used: set[int], notes: list[str]
-) -> dict[tuple[str, str], list[int]]:
+) -> dict[_SensorKey, list[int]]:
     """Return the columns of the sensors found by name, in the order of the file."""
     meanings = {i: one for i, one in _find_meanings(table).items() if i not in used}
     named_words = {i: table.label(i) for i, one in meanings.items() if one.words is not None}
-    groups: dict[tuple[str, str], list[int]] = {}
+    groups: dict[_SensorKey, list[int]] = {}
     for index, meaning in meanings.items():
         if index not in named_words:
-            groups.setdefault((meaning.kind, meaning.sensor), []).append(index)
+            groups.setdefault(_SensorKey(meaning.kind, meaning.sensor), []).append(index)
     triads = find_triads(named_words)
     chosen = _choose_triads(triads, request.sensor, notes)
     for number, triad in enumerate(chosen):
-        groups[triad.kind, f"{triad.stem} {number}"] = list(triad.indices)
+        device = device_label(triad, table.label(triad.indices[0]))
+        groups[_SensorKey(triad.kind, f"{triad.stem} {number}", device)] = list(triad.indices)
         notes.extend(describe_axes(triad, [table.label(i) for i in triad.indices]))
     return dict(sorted(groups.items(), key=lambda item: min(item[1])))
 
@@ -396,7 +418,7 @@ def _choose_triads(triads: list[Triad], sensor: str | None, notes: list[str]) ->
 
 
 def _find_meanings(table: Table) -> dict[int, Meaning]:
-    """Return what columns are of sensors; the file may list those of one without a known name."""
+    """Return the meanings of sensors' columns; the file may list those without a known name."""
     kind = "accel" if table.meta.unit in _ACCEL_UNITS else "gyro"
     listed = Meaning(kind, "", None)
     if table.names is None:
@@ -458,10 +480,16 @@ def _describe_unread(table: Table, sensors: Sequence[_Sensor]) -> Iterator[str]:
     unread = [
         name
         for index, name in enumerate(table.names or ())
-        if index not in used and index != table.time and not looks_like_time(name)
+        if index not in used and index != table.time and not _is_known(name)
     ]
     if unread:
         yield f"no sensor is known by the name of: {', '.join(unread)}"
+
+
+def _is_known(name: str) -> bool:
+    """Return True for a time and for a column of a sensor, read or not."""
+    meaning = meaning_of(name)
+    return looks_like_time(name) or (meaning is not None and bool(meaning.kind))
 
 
 def _list_columns(table: Table, sensors: Iterable[_Sensor]) -> str:
@@ -531,7 +559,8 @@ def _make_logs(
     for sensor, (group, values) in zip(sensors, iter_values(selection, columns), strict=True):
         names = [selection.names[i] for i in group.indices]
         values, clock = _drop_empty_rows(values, rows) or (values, rows)
-        log = make_log(selection, group, values, clock.for_sensor(values), source_meta, logs)
+        meta = {**source_meta, DEVICE: sensor.device} if sensor.device else source_meta
+        log = make_log(selection, group, values, clock.for_sensor(values), meta, logs)
         logs.append(log)
         if np.isnan(log.data).all() and not request.requires([sensor]):
             notes.append(f"{', '.join(names)}: left out, for all samples are missing")

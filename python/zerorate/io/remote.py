@@ -33,7 +33,7 @@ def is_address(source: object) -> TypeGuard[str]:
 
 
 def spooled(source: str | io.BytesIO, suffix: str = ".csv") -> Spooled:
-    """Return a copy of what is at an address, or of bytes, which have a suffix of their format.
+    """Return a copy of the data at an address, or of bytes, with a suffix of their format.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""How files begin whose format no few fixed bytes tell: texts, telemetry, videos, recorders."""
+"""Beginnings of files without a few fixed bytes: texts, telemetry, videos, recorders."""
 
 import re
 from typing import Final
@@ -15,7 +15,7 @@ PACKET_OFFSET: Final = 8
 
 
 def is_text(raw: bytes) -> bool:
-    """Whether bytes may be those of a text, rather than of a binary file."""
+    """Return True if bytes may be those of a text, rather than of a binary file."""
     head = raw[:_HEAD_BYTES]
     control_count = sum(
         head.count(bytes([code])) for code in range(32) if code not in (9, 10, 11, 12, 13)
@@ -24,18 +24,18 @@ def is_text(raw: bytes) -> bool:
 
 
 def is_dataflash_text(head: bytes) -> bool:
-    """Whether a text begins with the declarations of a DataFlash log."""
+    """Return True if a text begins with the declarations of a DataFlash log."""
     return re.match(rb"\s*FMT\s*,\s*\d+\s*,\s*\d+\s*,\s*\w+\s*,", head) is not None
 
 
 def is_telemetry(head: bytes) -> bool:
-    """Whether a file begins with a time of this century and a packet of MAVLink."""
+    """Return True if a file begins with a time of this century and a packet of MAVLink."""
     packet = (MAVLINK_1, MAVLINK_2)
     return len(head) > PACKET_OFFSET and head[0] == 0 and head[PACKET_OFFSET] in packet
 
 
 def is_camera_file(head: bytes) -> bool:
-    """Whether a file begins as a video, or as the log of a flight recorder."""
+    """Return True if a file begins as a video, or as the log of a flight recorder."""
     return head[4:8] in _VIDEO_BOXES or any(
         head.startswith(text[: len(head)]) for text in _RECORDER_MARKS
     )

@@ -18,18 +18,18 @@ def split_log(source: LogSource, group_by: str | int) -> dict[str, Part]:
     source
         As of `read_log`, without topics.
     group_by
-        Name or index of the column that tells the records apart: an id, a name, a number.
+        Name or index of the column that distinguishes the records: an id, a name, a number.
 
     Returns
     -------
     dict of str to Part
-        What the column says, in the order of the file, and the rows in which it does: a source
-        for `read_log`, `read_recording` and all that take one.
+        Values of the column, in the order of the file, and the rows of each: a source for
+        `read_log`, `read_recording` and all functions that take one.
 
     Raises
     ------
     LogError
-        If there is no such column, a row has no value in it, hardly any value comes twice, or the
+        If there is no such column, a row has no value in it, hardly any value occurs twice, or the
         source has topics or no names.
     TypeError, OSError, ImportError
         As `read_log`.

@@ -1,4 +1,4 @@
-"""What sources hold next to the logs of their sensors, read when it is first asked for."""
+"""Contents of sources next to the logs of their sensors, read at the first access."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class SourceContent(NamedTuple):
 
 
 def make_supplement(opened_sources: Sequence[SourceContent], timing: Timing) -> Supplement:
-    """Return what sources hold.
+    """Return the supplement of a recording from its sources.
 
     Files are opened again for it, so that the recording keeps only their paths; the fixes of
     objects are read here. Tables and device are those of a single file.
@@ -64,7 +64,7 @@ def _is_file(source: LogSource) -> TypeGuard[str | os.PathLike[str]]:
 
 
 def _make_fixes_reader(opened_source: SourceContent, timing: Timing) -> Callable[[], Fixes | None]:
-    """Return what gives the fixes of a source: a file that is opened later, or what is known."""
+    """Return a reader of the fixes of a source: a file that is opened later, or known fixes."""
     if timing.column is False:
         return return_none
     if _is_file(opened_source.source):
@@ -91,7 +91,7 @@ def _first_fixes(readers: Sequence[Callable[[], Fixes | None]]) -> Fixes | None:
 
 
 def _first_mounting(paths: Sequence[Path]) -> Mounting | None:
-    """Return what the first file that says anything of it says of the mounting."""
+    """Return the mounting from the first file that states one."""
     return next((mounting for mounting in map(read_mounting, paths) if mounting.has_content), None)
 
 

@@ -1,4 +1,4 @@
-"""The contract of readers: named columns, loaded when asked for, and what the file says of them.
+"""The contract of readers: named columns, loaded on request, and the file's metadata on them.
 
 A reader is a function that takes a path and returns the `Content` of the file there; a `Format`
 says which files it reads. `zerorate.io.formats` lists them all.
@@ -30,7 +30,7 @@ NO_TOPICS: Final = make_sentence(
 
 @dataclass(frozen=True)
 class Metadata:
-    """What a file says about itself, each field None where it says nothing.
+    """Metadata of a file, each field None where the file has none.
 
     ``axes`` says where x, y and z of its sensors point, in words, ``calibration`` what the logger
     took its sensors to be off by, by its own names.
@@ -72,7 +72,7 @@ class Table:
     number of values of each column where they may differ. ``pieces`` gives the columns at some
     indices in pieces of so many rows at most, and ``rows`` says how many they are together, where
     a format can be read so. ``labels`` gives a column of texts, where ``load`` has none.
-    ``time_unit`` is that of the time column where a caller says it, and ``timeless`` whether he
+    ``time_unit`` is that of the time column if a caller gives it, and ``timeless`` is True if he
     wants none to be used. ``whole`` gives the table without torn lines.
     """
 
@@ -105,7 +105,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Content:
-    """The tables of a file by their topic, and which topic one that is asked for means.
+    """The tables of a file by their topic, and the topic that a request means.
 
     A format without topics has one table, under the empty name. ``sensors`` are the topics of a
     recording, None for all of them.
@@ -116,15 +116,15 @@ class Content:
     sensors: tuple[str, ...] | None = None
 
     def choose_table(self, topic: str | None) -> Table:
-        """Return the table of the topic asked for, None for the one that goes without saying."""
+        """Return the table of the requested topic, None for the default one."""
         return self.tables[self.find_topic(topic)]
 
     @classmethod
     def of(cls, table: Table) -> Content:
         """Return the content of a file without topics."""
 
-        def only(asked: str | None) -> str:
-            if asked is not None:
+        def only(requested: str | None) -> str:
+            if requested is not None:
                 raise LogError(NO_TOPICS, "topic")
             return ""
 
@@ -132,7 +132,7 @@ class Content:
 
 
 class Reader(Protocol):
-    """A function that reads what files of one format hold, and as little of it as it can."""
+    """A function that reads the contents of files of one format, as little as possible."""
 
     def __call__(self, path: Path, /) -> Content:
         """Return the content of a file; LogError if it is damaged or something else."""
@@ -150,7 +150,7 @@ class Format:
     """A format of files.
 
     ``description`` is its name in a sentence, ``signatures`` are the beginnings a file of it may
-    have, none for text; ``matches_head`` tells of other beginnings whether they are of it.
+    have, none for text; ``matches_head`` returns True for other beginnings of this format.
     """
 
     kind: str
@@ -162,7 +162,7 @@ class Format:
     matches_head: Callable[[bytes], bool] | None = None
 
     def fits(self, head: bytes) -> bool:
-        """Whether a file of this format may begin so; False for text, which any bytes may be."""
+        """Return True if a file of this format may begin so; False for text."""
         return head.startswith(self.signatures) or (
             self.matches_head is not None and self.matches_head(head)
         )
@@ -171,7 +171,7 @@ class Format:
 def apply_listed_names(table: Table) -> Table:
     """Return the table with the names its metadata lists for the columns after the time.
 
-    Columns after those are no data, but can be asked for.
+    Columns after those are no data, but can be requested.
     """
     listed = table.meta.names
     if table.names is None or listed is None or not _begins_with(table.names[1:], listed):

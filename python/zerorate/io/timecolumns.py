@@ -95,7 +95,7 @@ def _is_time(stem: str) -> bool:
 
 
 def _are_parts(table: Table, pair: dict[str, int]) -> bool:
-    """Whether seconds are whole and nanoseconds less than one: else each tells all of the time."""
+    """Return True if seconds are whole and nanoseconds below one second, as parts of one time."""
     try:
         seconds, rest = (to_numbers(c, "") for c in table.load(list(pair.values())))
     except LogError:

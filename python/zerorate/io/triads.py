@@ -1,11 +1,12 @@
-"""Sensors among the columns of a table: axes by their names, and which of several is meant."""
+"""Sensors among the columns of a table: axes by their names, and the choice among several."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final, NamedTuple
 
-from zerorate.record.log import LogError
+from zerorate.record.devices import missing_device
 from zerorate.record.names import Meaning, meaning_of
 from zerorate.record.words import ROLES, STAGES, ParsedName, words_of
 
@@ -17,7 +18,7 @@ _MAX_LISTED: Final = 8
 class Triad(NamedTuple):
     """Columns of one sensor by their indices, in the order x, y, z whatever that of the file.
 
-    ``has_named_axes`` says whether the names tell the axes; there are fewer than three where the
+    ``has_named_axes`` is True if the names show the axes; there are fewer than three where the
     sensor has fewer, and more where names only count.
     """
 
@@ -30,11 +31,11 @@ class Triad(NamedTuple):
 
     @property
     def is_complete(self) -> bool:
-        """Whether there are three axes."""
+        """True if there are three axes."""
         return len(self.indices) == _AXES
 
     def matches(self, wanted: Sequence[str]) -> bool:
-        """Whether words name this sensor: its device, its stage, or words of its columns."""
+        """Return True if words name this sensor: its device, its stage, or words of its columns."""
         own = self.stem.split("_")
         return all(word in own or ROLES.get(word) == self.stage for word in wanted)
 
@@ -104,9 +105,9 @@ def _order_triads(triads: list[Triad]) -> list[Triad]:
 
 
 def _includes_gravity(linear: Triad, triads: list[Triad]) -> bool:
-    """Whether a linear acceleration has gravity in it, as in a message of ROS.
+    """Return True if a linear acceleration has gravity in it, as in a message of ROS.
 
-    That has an angular velocity beside it, where phones have a gyro.
+    Such a message also has an angular velocity, where phones have a gyro.
     """
     others = [triad for triad in triads if triad.kind == "accel" and triad.stage != "linear"]
     return not others and any(
@@ -115,7 +116,7 @@ def _includes_gravity(linear: Triad, triads: list[Triad]) -> bool:
 
 
 def _rank(triad: Triad) -> tuple[bool, int, int]:
-    """Return what orders sensors: three axes, a good stage, a low number."""
+    """Return the rank of a sensor: three axes, a good stage, a low number."""
     stage = triad.stage if triad.stage in STAGES else ""
     numbers = [int(word) for word in triad.device.split("_") if word.isdigit()]
     return not triad.is_complete, STAGES.index(stage), numbers[-1] if numbers else -1
@@ -129,7 +130,7 @@ def find_sensor_columns(names: Sequence[str], kind: str) -> tuple[int, ...]:
 
 
 def keep_best_stage(triads: Sequence[Triad]) -> tuple[list[Triad], list[Triad]]:
-    """Return the best stage of each device, as `STAGES` orders them, and what is left of it."""
+    """Return the best stage of each device, as `STAGES` orders them, and the other stages."""
     best: dict[tuple[str, str], int] = {}
     for triad in triads:
         key, rank = (triad.kind, triad.device), _rank(triad)[1]
@@ -163,8 +164,31 @@ def select_triads(triads: Sequence[Triad], sensor: str | None) -> list[Triad]:
     wanted = words_of(sensor)
     pool = [triad for triad in triads if wanted and triad.matches(wanted)]
     if not pool:
-        raise LogError(f"sensor= names '{sensor}', which is none of: {_list_stems(triads)}")
+        raise missing_device(sensor, [_list_stems(triads)])
     return pool
+
+
+def device_label(triad: Triad, name: str) -> str:
+    """Return the device of a sensor as a column's name spells it: ``imu2`` of ``imu2_gyro_x``.
+
+    The name of the whole sensor, ``gyro2``, where its device is a number alone; empty without one.
+    """
+    if not triad.device:
+        return ""
+    is_number = triad.device.replace("_", "").isdigit()
+    words = (triad.stem if is_number else triad.device).split("_")
+    found = re.search(r"[\W_]*".join(map(re.escape, words)), name, re.IGNORECASE)
+    return "_".join(words) if found is None else found[0]
+
+
+def list_devices(triads: Sequence[Triad], names: Sequence[str]) -> tuple[str, ...]:
+    """Return the devices of which one is to be chosen, each as the columns' names spell it.
+
+    Sensors with fewer axes than others of their kind do not count, and stages of one are one.
+    """
+    complete = [triad for triad in keep_best_stage(triads)[0] if triad.is_complete]
+    labels = (device_label(triad, names[triad.indices[0]]) or triad.stem for triad in complete)
+    return tuple(dict.fromkeys(labels))
 
 
 def describe_others(chosen: Sequence[Triad], others: Sequence[Triad], label: str) -> Iterator[str]:
@@ -174,9 +198,9 @@ def describe_others(chosen: Sequence[Triad], others: Sequence[Triad], label: str
 
 
 def describe_axes(triad: Triad, names: Sequence[str]) -> Iterator[str]:
-    """Yield the sentence on three columns whose order alone makes axes of them."""
+    """Yield the sentence on three columns that are axes by their order alone."""
     if triad.is_complete and not triad.has_named_axes:
-        yield f"the names {', '.join(names)} tell no axes, so they are x, y, z in this order"
+        yield f"the names {', '.join(names)} show no axes, so they are x, y, z in this order"
 
 
 def _list_stems(triads: Sequence[Triad]) -> str:

@@ -35,22 +35,22 @@ def write_log(
     *,
     force: bool = False,
 ) -> None:
-    """Write a log so that `read_log` gives it back: data and time bit for bit.
+    """Write a log so that `read_log` returns the same data and time, bit for bit.
 
     Its extra columns are written after the channels, by their own names. `read_log` leaves them out
-    unless it is asked for them by name; in an ``.npz`` they are arrays of their own.
+    unless they are requested by name; in an ``.npz`` they are arrays of their own.
 
     Parameters
     ----------
     log
-        What to write. Columns whose name carries no unit get the suffix of the log's unit.
+        Log to write. Columns without a unit in their name get the suffix of the log's unit.
     path
         ``.csv``, ``.tsv``, ``.npz`` or ``.parquet``. A text table begins with one ``#`` line
         where its columns alone would not give back the rate, unit and names. For other programs
-        ``.mcap`` (Foxglove, PlotJuggler) and ``.gcsv`` (Gyroflow), in the units of these, of which
-        `read_log` gives back no more than they hold.
+        ``.mcap`` (Foxglove, PlotJuggler) and ``.gcsv`` (Gyroflow), in the units of these;
+        `read_log` returns no more than they hold.
     force
-        Whether to replace an existing file; default no.
+        Replace an existing file; default no.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def write_log(
 
 
 def make_column_names(channels: Iterable[str], unit: str, extra: Iterable[str]) -> list[str]:
-    """Return what the channels of a log are called in a file; LogError if two would be alike."""
+    """Return the names of a log's channels in a file; LogError if two would be the same."""
     names, channel_names = [], list(channels)
     for name, channel_unit in zip(channel_names, units_of(unit, len(channel_names)), strict=True):
         own_unit = split_unit(name)[1]
@@ -139,7 +139,7 @@ def _write_text(log: Log, path: Path, names: Sequence[str]) -> None:
 
 
 def _is_self_describing(log: Log, names: Sequence[str]) -> bool:
-    """Whether the columns alone give back the rate, the unit and the names."""
+    """Return True if the columns alone give back the rate, the unit and the names."""
     plain = tuple(names) == log.names and all(looks_like_gyro(name) for name in names)
     units = {split_unit(name)[1] or UNKNOWN_UNIT for name in names}
     if not plain or units != {log.unit} or "sensor" in log.meta or log.n < 2:

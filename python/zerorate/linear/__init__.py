@@ -1,4 +1,4 @@
-"""What the linear Kalman filter returns for a record."""
+"""Results of the linear Kalman filter for a record."""
 
 from zerorate.linear.run import LinearRun, SmoothedRun
 
@@ -6,5 +6,5 @@ __all__ = ["LinearRun", "SmoothedRun"]
 
 
 def __dir__() -> list[str]:
-    """Show what is public."""
+    """Return the public names."""
     return __all__

@@ -11,7 +11,7 @@ from zerorate.views import Result
 
 @dataclass(frozen=True)
 class SmoothedRun(Result):
-    """What a whole record says of each of its samples.
+    """State and covariance at each sample, from the whole record.
 
     Examples
     --------
@@ -30,10 +30,10 @@ class SmoothedRun(Result):
 
 
 class LinearRun(Result):
-    """What ``LinearKalman.process`` returns: what was known after each sample of a record.
+    """Result of ``LinearKalman.process``: the estimate after each sample of a record.
 
-    With channels every array has their axis after that of the samples. Covariances of channels that
-    share one are a read-only view of it.
+    With channels every array has their axis after that of the samples. Channels that share a
+    covariance have a read-only view of it.
 
     Examples
     --------
@@ -53,7 +53,7 @@ class LinearRun(Result):
 
     @property
     def complete(self) -> bool:
-        """Whether more was kept than the states."""
+        """True if more was kept than the states."""
         return "covariance" in self._arrays
 
     def _require(self, name: str) -> Floats:
@@ -68,7 +68,7 @@ class LinearRun(Result):
 
     @property
     def innovation(self) -> Floats:
-        """Each measurement less what was predicted for it, NaN where it is missing: (n, m)."""
+        """Each measurement minus its prediction, NaN where it is missing: (n, m)."""
         return self._require("innovation")
 
     @property
@@ -90,7 +90,7 @@ class LinearRun(Result):
 
     @property
     def missing(self) -> Booleans:
-        """Which measurements are missing: (n, m)."""
+        """Mask of missing measurements: (n, m)."""
         return np.isnan(self.innovation)
 
     def smooth(self) -> SmoothedRun:
@@ -124,5 +124,5 @@ class LinearRun(Result):
         return SmoothedRun(smoothed, np.broadcast_to(covariances, covariance.shape))
 
     def __repr__(self) -> str:
-        """Say how much there is."""
+        """Return the shape of the state."""
         return f"<LinearRun: state {self.state.shape}>"

@@ -26,16 +26,16 @@ _GAIN_COUNT: Final = 25
 
 @dataclass(frozen=True, eq=False)
 class BestEma:
-    """The exponential moving average that would have had the least error.
+    """The exponential moving average with the smallest error in hindsight.
 
     Attributes
     ----------
     estimate : ndarray, the shape of the data
-        Its averages.
+        The averages.
     gain : float or ndarray, shape (k,)
-        Of each channel, from 0 to 1.
+        Gain of each channel, from 0 to 1.
     error : float or ndarray, shape (k,)
-        The error that was least.
+        The smallest error.
 
     Examples
     --------
@@ -53,7 +53,7 @@ class BestEma:
 
 
 def running_mean(raw: npt.ArrayLike) -> Floats:
-    """Return the mean of all samples so far, the best estimate of a bias that never moves.
+    """Return the mean of all samples to date, the best estimate of a bias that never moves.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def best_ema(
     truth : array_like, shape of `raw`, optional
         True drift; the error is then `rmse`.
     start : float, default 0
-        Seconds from which errors count.
+        Time from which errors count, s.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Samples in channels, and which of them are present."""
+"""Samples in channels, and the mask of present ones."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def _drop_missing(x: Floats, y: Floats) -> tuple[Floats, Floats]:
 
 
 def present_mask(*series: Floats) -> Booleans:
-    """Return where all series are there."""
+    """Return the mask of samples present in all series."""
     there = np.isfinite(series[0])
     for other in series[1:]:
         there &= np.isfinite(other)

@@ -1,4 +1,4 @@
-"""Errors in motion: delay, what is left without it, and the low-pass filter of the same delay."""
+"""Errors in motion: delay, the error without it, and the low-pass filter of the same delay."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ class MotionError:
     Attributes
     ----------
     rmse : float or ndarray
-        In the unit of the data.
+        Error in the unit of the data.
     delay : float or ndarray
-        How far the estimate lags, s; NaN where none can be seen.
+        Lag of the estimate, s; NaN where it cannot be found.
     rmse_undelayed : float or ndarray
-        The same error with that delay removed; NaN where none can be seen.
+        The same error without that delay; NaN where it cannot be found.
     rmse_lowpass : float or ndarray
-        Error of the raw signal through the one-pole low-pass filter of that delay, of delay 0 for
+        Error of the raw signal through the one-pole low-pass filter with that delay, or delay 0 for
         an estimate that leads; NaN without the raw signal or without a delay.
 
     Examples
@@ -62,10 +62,10 @@ def motion_error(
     max_delay: float = 1.0,
     raw: npt.ArrayLike | None = None,
 ) -> MotionError:
-    """Return the error of an estimate to a reference rate, and how much of it is delay.
+    """Return the error of an estimate to a reference rate, and the part that is delay.
 
-    Delay buys a quiet output, so a filter is worth what it gains over the low-pass filter of the
-    same delay. With the delay removed it shows what a user gains who can wait.
+    Delay buys a quiet output, so the value of a filter is its gain over the low-pass filter of the
+    same delay. Without the delay the error shows the gain for a user who can wait.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def motion_error(
     rate : float
         Samples per second, Hz; by default that of a `Log`.
     max_delay : float, default 1
-        Longest delay that is looked for, s: see `delay`.
+        Longest delay to search, s: see `delay`.
     raw : array_like, the same shape, optional
         The gyro's output.
 
@@ -92,8 +92,7 @@ def motion_error(
     Notes
     -----
     The delay is removed from the smooth side: the reference is moved, by a cubic through four
-    samples. Between samples of the estimate its noise would be averaged away, a gain that no
-    filter earned.
+    samples. Interpolation of the estimate would average its noise, a gain that no filter earned.
 
     Examples
     --------
@@ -145,12 +144,11 @@ def delay(
     rate: float | None = None,
     max_delay: float = 1.0,
 ) -> float | Floats:
-    """Return how far an estimate lags behind a reference, in seconds.
+    """Return the lag of an estimate behind a reference, in seconds.
 
-    The lag at which the two correlate best, and there a parabola through three values of the
-    least-squares misfit for the part below a sample. Offset and gain do not count. It is one
-    number for a filter whose delay depends on frequency, weighted as the record's motion is, and
-    means nothing for a record at rest.
+    The lag of the best correlation, refined below one sample by a parabola through three values of
+    the least-squares misfit. Offset and gain do not matter. For a filter whose delay depends on
+    frequency it is a mean, weighted by the record's motion; for a record at rest it is meaningless.
 
     Parameters
     ----------
@@ -267,9 +265,9 @@ _MIN_WEIGHT: Final = 1e-20
 def equal_delay_lowpass(raw: npt.ArrayLike, rate: float | None, delay: float) -> Floats:
     """Return raw through the one-pole low-pass that has the given delay.
 
-    What a filter is to be compared with in motion: nearly any smoothing can be bought with delay,
-    and this is the cheapest that buys it. Its delay is that of slow motion; fast motion is late
-    by less and made smaller.
+    Compare filters in motion with it: nearly any smoothing can be bought with delay, and this is
+    the cheapest filter that does so. Its delay is that of slow motion; fast motion has less delay
+    and is attenuated.
 
     Parameters
     ----------

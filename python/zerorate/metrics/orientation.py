@@ -23,7 +23,7 @@ class _Rotation(Protocol):
     """A Rotation of scipy."""
 
     def as_quat(self, *, scalar_first: bool) -> Floats:
-        """Return quaternions, w first if so asked."""
+        """Return quaternions, w first if requested."""
 
 
 Orientations: TypeAlias = npt.ArrayLike | _Rotation
@@ -38,13 +38,13 @@ class OrientationErrors:
     Attributes
     ----------
     total : float
-        Of the whole rotation between both.
+        RMS of the whole rotation between both.
     heading : float
-        Of its turn about the vertical.
+        RMS of its part about the vertical.
     inclination : float
-        Of the angle between their verticals.
+        RMS of the angle between their verticals.
     sample_count : int
-        How many samples were judged.
+        Number of samples compared.
 
     Examples
     --------
@@ -71,8 +71,8 @@ def orientation_errors(
 ) -> OrientationErrors:
     """Return the errors of orientations: in all, of heading and of inclination.
 
-    The inclination is what gravity corrects, the heading what only a magnetometer can. They hide
-    when an error occurred, and a reference mounted askew adds to all three.
+    Gravity corrects the inclination, only a magnetometer the heading. The errors hide their times,
+    and a misaligned reference adds to all three.
 
     Parameters
     ----------
@@ -82,11 +82,11 @@ def orientation_errors(
     where : array_like of bool, shape (n,), optional
         The samples that count, such as those in motion; by default all.
     heading : {"absolute", "relative", "aligned"}
-        ``"relative"`` turns all estimates about the vertical by one angle, so that the first
-        sample judged has no error of heading: what is left is drift since then. For filters
-        without a magnetometer, which begin with any heading. ``"aligned"`` turns them by the angle
-        that fits best over all samples, `heading_offset`: for a reference whose north is its own,
-        such as a camera's.
+        ``"relative"`` turns all estimates about the vertical by one angle, so that the first sample
+        compared has no error of heading: the rest is drift since then. For filters without a
+        magnetometer, which begin with any heading. ``"aligned"`` turns them by the angle that fits
+        best over all samples, `heading_offset`: for a reference whose north is its own, such as a
+        camera's.
 
     Returns
     -------
@@ -96,7 +96,7 @@ def orientation_errors(
     Raises
     ------
     ValueError
-        If a shape is wrong, `heading` is not known, or no sample is left to judge.
+        If a shape is wrong, `heading` is not known, or no sample is left to compare.
 
     References
     ----------
@@ -133,9 +133,9 @@ def orientation_errors(
 def heading_offset(
     quaternions: Orientations, reference: Orientations, *, where: npt.ArrayLike | None = None
 ) -> float:
-    """Return the angle about the vertical by which orientations are turned against a reference.
+    """Return the angle about the vertical between orientations and a reference.
 
-    The one that fits best over all samples: in the mean square of the sines of half the angles.
+    The angle that fits best over all samples, by the mean square of the sines of half the angles.
 
     Parameters
     ----------
@@ -217,12 +217,12 @@ def orientation_error_growth(
     horizons: Sequence[float] = (1.0, 10.0, 60.0),
     every: float = 0.5,
 ) -> Floats:
-    """Return how far integrated rates turn away from a reference within each horizon.
+    """Return the angle between integrated rates and a reference, within each horizon.
 
-    Every `every` seconds the integration starts at the reference's orientation; after the horizon
-    the angle between both is noted, and its mean taken over all starts. It is what a user of
-    angular rates pays, in motion, for bias, scale, misalignment and lateness together, and noise
-    hardly counts. A reference mounted askew adds an error that no filter can remove.
+    Every `every` seconds the integration starts at the reference's orientation; the angle between
+    both after the horizon is averaged over all starts. It is the cost in motion, for a user of
+    angular rates, of bias, scale, misalignment and delay together; noise hardly counts. A
+    misaligned reference adds an error that no filter can remove.
 
     Parameters
     ----------
@@ -275,7 +275,7 @@ def orientation_error_growth(
 
 
 class _RateIntegration:
-    """Orientations made of rates, the reference, and how many rates were missing so far."""
+    """Orientations from rates, the reference, and the number of missing rates to date."""
 
     def __init__(self, integrated: Floats, reference: Floats, gaps: Integers) -> None:
         self._integrated, self._reference, self._gaps = integrated, reference, gaps

@@ -28,8 +28,8 @@ from zerorate.units import whole_samples
 def reduction(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
     """Return the standard deviation after the filter over that before it.
 
-    It says how quiet the output is, the figure most papers print. It hides delay, lost motion and
-    whether the level is right: a constant scores 0.
+    It measures the quietness of the output, the figure that most papers print. It hides delay, lost
+    motion and a wrong level: a constant scores 0.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def reduction(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
 
 
 def mean_shift(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
-    """Return how far the filter moved the mean, in standard deviations of the raw signal.
+    """Return the shift of the mean by a filter, in standard deviations of the raw signal.
 
     It catches a filter that is quiet at the wrong level. It hides errors that cancel over the
     record, and counts a filter's start-up as a shift: leave the start-up out.
@@ -69,7 +69,7 @@ def mean_shift(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
     Returns
     -------
     float or ndarray, shape (k,)
-        (mean filtered - mean raw) / deviation of raw, over the samples present in both.
+        (mean filtered - mean raw) / standard deviation of raw, over the samples present in both.
 
     Raises
     ------
@@ -93,10 +93,10 @@ def coasting_error(
 ) -> float | Floats:
     """Return the angle error of holding each estimate through the next `horizon` seconds.
 
-    The estimate of time t is held, raw minus it integrated over the samples after t up to
-    t + horizon, and the RMS of that angle taken over all t. It is what a wrong bias costs a user,
-    and needs no truth, but a sensor at rest: turning counts as error. White noise of density N
-    alone leaves N sqrt(horizon), so for short horizons every filter looks alike.
+    The estimate of time t is held, raw minus estimate is integrated over the samples after t up to
+    t + horizon, and the RMS of that angle is taken over all t. It is a user's cost of a wrong bias,
+    and needs no truth, but a sensor at rest: rotation counts as error. White noise of density N
+    alone leaves N sqrt(horizon), so for short horizons every filter looks the same.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ class AllanRatio:
     taus : ndarray, shape (m,)
         Averaging times an octave apart, s.
     ratio : ndarray, shape (m,) or (m, k)
-        NaN where a deviation means nothing.
+        Ratio; NaN where a deviation is undefined.
 
     Examples
     --------
@@ -192,11 +192,11 @@ def allan_ratio(
 ) -> AllanRatio:
     """Return Allan deviations after over before at ten filter time constants and beyond.
 
-    At shorter averaging times a filter's output is a smoothed one, and its noise coefficients are
-    those of the filter. Beyond, an estimate of gain 1 keeps a ratio near 1, a one-pole low-pass
-    filter 0.92 at ten of its time constants and 0.99 at a hundred: one gyro's angle random walk
-    does not fall, and a claim that it did is an error. The compensated rate, raw minus bias,
-    falls there as far as drift was removed.
+    At shorter averaging times a filter's output is smoothed, and its noise coefficients are those
+    of the filter. Beyond, an estimate of gain 1 has a ratio near 1, a one-pole low-pass filter 0.92
+    at ten of its time constants and 0.99 at a hundred: one gyro's angle random walk does not fall,
+    and a claim that it did is an error. The ratio of the compensated rate, raw minus bias, falls
+    there as far as drift was removed.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ def allan_ratio(
     rate : float or None
         Samples per second, Hz; None for that of a `Log`.
     time_constant : float
-        Time in which the filter makes 63 % of a step, s; 0 for none.
+        Time in which the filter follows 63 % of a step, s; 0 for none.
 
     Returns
     -------

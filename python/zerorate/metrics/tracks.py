@@ -1,4 +1,4 @@
-"""Errors of a track: of where it is as a whole (ATE), and of its steps (RPE)."""
+"""Errors of a track: of its absolute position (ATE), and of its steps (RPE)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _Indices: TypeAlias = npt.NDArray[np.intp]
 
 
 class Statistics(NamedTuple):
-    """Of errors, as evo names them; ``std`` is here `deviation`.
+    """Statistics of errors, by evo's names; ``std`` is here `deviation`.
 
     Examples
     --------
@@ -49,17 +49,17 @@ class TrackErrors:
     Attributes
     ----------
     time : ndarray, shape (m,)
-        Of the pose of the reference; of a step that of its end, s.
+        Time of the reference's pose, or of the end of a step, s.
     translation : ndarray, shape (m,)
         m.
     rotation : ndarray, shape (m,)
         Angles, rad; NaN where an orientation is not known.
     turn : ndarray, shape (4,)
-        Quaternion by which the estimate was turned to fit, w, x, y, z.
+        Quaternion w, x, y, z of the estimate's rotation to fit.
     shift : ndarray, shape (3,)
-        By which it was moved then, m.
+        Its shift after the rotation, m.
     scale : float
-        By which it was stretched before; 1 unless the alignment is ``"similar"``.
+        Its scale before the rotation; 1 unless the alignment is ``"similar"``.
 
     Examples
     --------
@@ -91,7 +91,7 @@ class TrackErrors:
         return _statistics(np.degrees(self.rotation[np.isfinite(self.rotation)]))
 
     def __repr__(self) -> str:
-        """Return how many there are, and their root mean squares."""
+        """Return the number of errors, and their root mean squares."""
         rotation = self.degrees
         angle = f", {rotation.rmse:.4g} deg" if rotation.of else ""
         return f"TrackErrors({len(self.time)}: RMS {self.metres.rmse:.4g} m{angle})"
@@ -104,26 +104,26 @@ def ate(
     align: Alignment = "rigid",
     max_time_difference: float = 0.01,
 ) -> TrackErrors:
-    """Return how far a track is from the true one, pose by pose: the absolute trajectory error.
+    """Return the absolute trajectory error: the distance of a track from the true one, by pose.
 
-    Poses are matched by their times, and the estimate is moved as a whole to fit best.
+    Poses are matched by their times, and the whole estimate is moved to the best fit.
 
     Parameters
     ----------
     estimate, reference : Poses
         On one clock.
     align : {"rigid", "yaw", "similar", "origin", "none"}
-        What may be chosen so that positions fit best: a rotation and a shift; a rotation about the
+        Alignment of the positions: a rotation and a shift; a rotation about the
         vertical and a shift, for a track that knows the vertical; also a scale, for one camera; the
         first pose; nothing. evo's ``-a``, none, ``-as``, ``--align_origin``, its default.
     max_time_difference : float
-        Seconds between two poses that belong together, at most; default 0.01, evo's
+        Largest time between matched poses, s; default 0.01, evo's
         ``--t_max_diff``.
 
     Returns
     -------
     TrackErrors
-        An entry a pair; `metres` and `degrees` are its statistics.
+        An entry per pair; `metres` and `degrees` are its statistics.
 
     Raises
     ------
@@ -171,9 +171,9 @@ def rpe(
     every: bool = False,
     max_time_difference: float = 0.01,
 ) -> TrackErrors:
-    """Return how far steps of a track are from the true ones: the relative pose error.
+    """Return the relative pose error: the difference of a track's steps from the true ones.
 
-    It does not depend on where the track begins, so nothing is aligned.
+    It does not depend on the start of the track, so nothing is aligned.
 
     Parameters
     ----------
@@ -182,17 +182,17 @@ def rpe(
     delta : float
         Length of a step; default 1.
     unit : {"poses", "m", "s"}
-        Of `delta`: pairs of poses, metres of the estimate's path, as evo has them, or seconds.
+        Unit of `delta`: pairs of poses, metres of the estimate's path, as in evo, or seconds.
     every : bool
-        Whether a step begins at every pose; else at the end of the one before. By metres a step is
-        then the one that is nearest to `delta`, within a tenth of it (evo's ``--all_pairs``).
+        Begin a step at every pose; else at the end of the one before. In metres a step is then the
+        one nearest to `delta`, within a tenth of it (evo's ``--all_pairs``).
     max_time_difference : float
         As of `ate`.
 
     Returns
     -------
     TrackErrors
-        An entry a step.
+        An entry per step.
 
     Raises
     ------
@@ -248,7 +248,7 @@ def _statistics(values: Floats) -> Statistics:
 def _match_poses(
     estimate: Poses, reference: Poses, max_difference: float
 ) -> tuple[_Indices, _Indices]:
-    """Return which poses belong together: of the fewer each with the nearest of the others."""
+    """Return the pairs of poses: of the fewer each with the nearest of the others."""
     more = len(estimate) > len(reference)
     few, many = (reference, estimate) if more else (estimate, reference)
     after = np.clip(np.searchsorted(many.time, few.time), 1, max(len(many) - 1, 1))
@@ -312,7 +312,7 @@ def _fit_alignment(track: Poses, true: Poses, align: Alignment) -> tuple[Floats,
 
 
 def _find_steps(track: Poses, delta: float, unit: str, every: bool) -> tuple[_Indices, _Indices]:
-    """Return where steps begin and end."""
+    """Return the beginnings and ends of steps."""
     n = len(track.time)
     if unit == "poses":
         step = int(delta)

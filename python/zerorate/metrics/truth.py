@@ -1,4 +1,4 @@
-"""Errors against a known truth, and whether a filter's own variance covers them."""
+"""Errors against a known truth, and their coverage by a filter's own variance."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ from zerorate.types import Floats
 def rmse(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> float | Floats:
     """Return the root mean square of estimate minus reference.
 
-    It needs a reference, and counts noise, bias and delay as one; compare it with the
-    same figure for `equal_delay_lowpass`.
+    It needs a reference, and combines noise, bias and delay; compare it with the same figure for
+    `equal_delay_lowpass`.
 
     Parameters
     ----------
@@ -56,16 +56,16 @@ def rmse(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> float | Floats:
 def regret(estimate: npt.ArrayLike, truth: npt.ArrayLike, optimal: npt.ArrayLike) -> float | Floats:
     """Return the error of an estimate over that of the best estimate possible.
 
-    1 is perfect. It needs simulated data, so it hides whatever real noise has and the simulation
-    has not. For several seeds, put their records one after another and call this once: a mean of
-    single ratios is ruled by lucky denominators.
+    1 is perfect. It needs simulated data, so it hides properties of real noise that the simulation
+    lacks. For several seeds, concatenate their records and call this once: a mean of single ratios
+    is dominated by lucky denominators.
 
     Parameters
     ----------
     estimate, truth : array_like, shape (n,) or (n, k)
         The filter's drift and the true one, `zerorate.simulate`'s second result.
     optimal : array_like, shape (n,) or (n, k)
-        What the Kalman filter that knows the true model makes of the same signal.
+        Estimate of the Kalman filter with the true model, on the same signal.
 
     Returns
     -------
@@ -104,15 +104,15 @@ def settling_time(
 ) -> float | Floats:
     """Return the first time from which an estimate stays within a tolerance of its target.
 
-    It says how long to wait after switching on. It is ruled by the single worst sample, so a noisy
-    estimate that is right on average may never settle: choose the tolerance above its noise.
+    It is the time to wait after switching on. It is dominated by the single worst sample, so a
+    noisy estimate that is right on average may never settle: choose the tolerance above its noise.
 
     Parameters
     ----------
     estimate : array_like, shape (n,) or (n, k)
         A bias or drift in any unit.
     target : float, or array_like of the shape of `estimate`
-        What it should become, or the true value at each time.
+        Final value, or the true value at each time.
     tolerance : float
         Largest difference, in the unit of the data.
     rate : float
@@ -166,9 +166,9 @@ def nis(
 ) -> float | Floats:
     """Return the mean normalised innovation squared, mean(e^2 / S).
 
-    1 for a filter whose covariance is honest, more for one too sure of itself, less for one too
-    careful. It hides correlation: a perfect 1 at rest says nothing of motion, nor that the
-    innovations are white. So give it once at rest and once in motion.
+    1 for an honest covariance, more if it is too small, less if it is too large. It hides
+    correlation: a perfect 1 at rest says nothing about motion, nor about whiteness of the
+    innovations. So report it once at rest and once in motion.
 
     Parameters
     ----------
@@ -208,9 +208,9 @@ def nis(
 def coverage(error: npt.ArrayLike, sigma: npt.ArrayLike) -> float | Floats:
     """Return the share of errors that are no larger than the filter's standard deviation.
 
-    0.683 for Gaussian errors and an honest sigma, less for a filter too sure of itself. It hides by
-    how much the others miss. Errors of a bias last long, so a record holds few independent ones:
-    take many records.
+    0.683 for Gaussian errors and an honest sigma, less if sigma is too small. It hides the size of
+    the larger errors. Errors of a bias last long, so a record has few independent ones: use many
+    records.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What is known of a vehicle that rests: roll, pitch, and the bias of the gyro."""
+"""Alignment of a vehicle at rest: roll, pitch, and the bias of the gyro."""
 
 from __future__ import annotations
 
@@ -34,28 +34,28 @@ _GRAVITY_TOLERANCE: Final = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Alignment(Result):
-    """What is known of a vehicle before it moves, as `align` returns it.
+    """Alignment of a vehicle before it moves, as `align` returns it.
 
     Parameters
     ----------
     time : float
-        When the rest ended, s: the filter begins there.
+        End of the rest, s: the filter begins there.
     quaternion : ndarray, shape (4,)
         Quaternion w, x, y, z from the body's axes to north, east, down.
     latitude : float
         deg.
     heading_known : bool
-        Whether the heading was given; else the attitude has heading zero.
+        True if the heading was given; else the attitude has heading zero.
     course : bool
-        Whether the course may be taken for the heading.
+        True if the course may serve as the heading.
     gyro_bias, accel_bias : ndarray, shape (3,)
         rad/s and m/s^2.
     level_sigma, heading_sigma : float
         Standard deviations of roll and pitch and of the heading, rad.
     gyro_bias_sigma, accel_bias_sigma : float
-        The same of the biases of an axis, rad/s and m/s^2.
+        Standard deviations of the biases of an axis, rad/s and m/s^2.
     notes : tuple of str
-        Sentences on what it is from.
+        Sentences on its origin.
 
     Examples
     --------
@@ -89,7 +89,7 @@ def align(
     heading_sigma: float = math.radians(3.0),
     accel_bias_sigma: float = 0.05,
 ) -> Alignment:
-    """Find roll, pitch and the bias of the gyro of a vehicle that rests.
+    """Find roll, pitch and the gyro's bias of a vehicle at rest.
 
     Parameters
     ----------
@@ -98,17 +98,17 @@ def align(
     latitude : float
         deg, within 89.5.
     heading : float or "course", optional
-        rad, from north over east. "course": the direction in which the vehicle moves first, above
-        1 m/s and ten deviations of its velocity; right for what moves forward. By default it is
-        not known, and a filter that is not of a wheeled vehicle then waits for ever.
+        rad, from north over east. "course": the direction of the first motion, above 1 m/s and ten
+        standard deviations of its velocity; right for vehicles that move forward. By default it is
+        not known, and then a filter that is not for a wheeled vehicle waits for ever.
     span : tuple of float, optional
-        From when to when the vehicle rests, s, at least one second; by default the first rest of
+        Start and end of the rest, s, at least one second apart; by default the first rest of
         10 s that is found, or half of it if the recording ends with it.
     heading_sigma : float
         Standard deviation of a heading that is given, rad.
     accel_bias_sigma : float
-        What the bias of an axis of the accelerometer may be, m/s^2; roll and pitch are wrong by as
-        much over gravity.
+        Standard deviation of the accelerometer's bias, an axis, m/s^2; roll and pitch err by this
+        over gravity.
 
     Raises
     ------
@@ -121,10 +121,10 @@ def align(
     Notes
     -----
     Roll is ``atan2(-f_y, -f_z)``, pitch ``atan2(f_x, sqrt(f_y^2 + f_z^2))`` of the mean force f.
-    The bias of the gyro is its mean less the rate of the earth; without a heading only the
-    vertical part of that is known, and the deviation says so. A rest that is found ends where means
-    of a second leave their median: a vehicle that moves off gently does not vary more than a noisy
-    sensor. A span that is given is believed.
+    The bias of the gyro is its mean less the rate of the earth; without a heading only the vertical
+    part of that rate is known, and the standard deviation includes the rest. A rest that is found
+    ends where means of a second leave their median: a vehicle that moves off gently does not vary
+    more than a noisy sensor. A given span is used without a check.
 
     Examples
     --------
@@ -197,7 +197,7 @@ def _find_rest(imu: Recording, samples: Samples) -> tuple[float, float]:
 
 
 def _find_steady_span(samples: Samples, first: float, last: float) -> tuple[float, float]:
-    """Return the first long part of a rest whose means of a second stay what they are.
+    """Return the first long part of a rest with constant means of a second.
 
     A car that moves off gently does not vary more than a noisy sensor, by which rests are found.
     """

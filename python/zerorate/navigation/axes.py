@@ -1,4 +1,4 @@
-"""Which way the axes of the sensors look, by the force when a vehicle speeds up, brakes, turns."""
+"""Axes of the sensors, by the force when a vehicle speeds up, brakes, turns."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from zerorate.navigation.windows import GRAVITY_M_S2, Means, Windows
 from zerorate.types import Floats
 
 _ROAD_NOISE_M_S2: Final = 0.3
-"""Deviation of a mean force by what a receiver does not see, m/s^2."""
+"""Standard deviation of a mean force by what a receiver does not see, m/s^2."""
 _HUBER_LIMIT: Final = 2.5
 _BLOCK_S: Final = 10.0
 _MIN_WINDOWS: Final = 20
@@ -25,7 +25,7 @@ _MIN_CORRELATION: Final = 0.6
 
 @dataclass(frozen=True, eq=False)
 class Axes:
-    """What forces say of the axes of a sensor.
+    """Axes of a sensor, by forces.
 
     Parameters
     ----------
@@ -34,13 +34,13 @@ class Axes:
     yaw : float
         Angle of forward from its x axis about down, rad.
     yaw_sigma : float
-        Its deviation, rad.
+        Its standard deviation, rad.
     skew : float
-        Of the right from where it should be beside forward, rad; about pi in mirrored axes.
+        Angle between the right axis and its proper direction, rad; about pi in mirrored axes.
     skew_sigma : float
-        Its deviation, rad.
+        Its standard deviation, rad.
     certain : bool
-        Whether the axes may be used without being asked.
+        True if the axes may be used without a request.
 
     Examples
     --------
@@ -76,7 +76,7 @@ class Axes:
 
 @dataclass(frozen=True, eq=False)
 class _ForceSamples:
-    """Mean forces with what they should be, and weights."""
+    """Mean forces with their expectations, and weights."""
 
     force: Floats
     motion: Floats
@@ -91,7 +91,7 @@ class _ForceSamples:
 
 
 def find_axes(means: Means, windows: Windows, lag: float) -> Axes | None:
-    """Return what forces say of the axes, None if there is next to nothing to go by.
+    """Estimate the axes of a sensor by forces, None if there is next to no motion.
 
     Notes
     -----
@@ -180,7 +180,7 @@ def _level_axes(down: Floats) -> tuple[Floats, Floats]:
 def _fit_angles(
     rows: _ForceSamples, coefficients: Floats, first: Floats, second: Floats
 ) -> tuple[float, float, float]:
-    """Return the angle of forward, how far the right is from where it should be, and the yaw."""
+    """Return the angle of forward, the skew of the right axis, and the yaw."""
     _, forward, right = coefficients
     ahead = math.atan2(forward @ second, forward @ first)
     aside = math.atan2(right @ second, right @ first) - 0.5 * math.pi

@@ -1,6 +1,6 @@
 """The beginning of a navigation: axes, clock, antenna, start and noise where nothing states them.
 
-The task, the report and the outages begin here, so that all of them navigate alike.
+The task, the report and the outages begin here, so that all of them navigate in the same way.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from zerorate.navigation.selfcheck import (
     NavigationFinding,
     check_navigation,
 )
-from zerorate.numerals import format_with_error
+from zerorate.numerals import format_with_error, shorten
 from zerorate.record.fixes import Fixes
 from zerorate.record.mounting import Mounting, body_axes, check_rotation
 from zerorate.record.offset import TimeOffset
@@ -56,7 +56,7 @@ _MIN_OFFSET_S: Final = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Vehicle:
-    """What is stated of a vehicle, by a person or by the metadata of its recording.
+    """Mounting of a vehicle's sensors as stated by a person or by the recording's metadata.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class Vehicle:
         antenna: npt.ArrayLike | None,
         time_offset: Offset,
     ) -> Self:
-        """Return what arguments state, and metadata where these state nothing."""
+        """Return the mounting by arguments, and by metadata where arguments state nothing."""
         stated = recording.mounting or Mounting()
         automatic = isinstance(mount, str) and mount == "auto"
         matrix = stated.body_from_sensor if automatic else _check_mount(mount)
@@ -117,7 +117,7 @@ class Vehicle:
         )
 
     def check(self, recording: Recording, fixes: Fixes) -> NavigationChecks:
-        """Return what sensors and fixes say of each other, in the axes that are stated."""
+        """Check sensors and fixes against each other, in the stated axes."""
         body = recording if self.matrix is None else body_axes(recording, self.matrix)
         offset = TimeOffset.of(self.time_offset)
         return check_navigation(body, fixes, time_offset=offset.seconds)
@@ -143,7 +143,7 @@ class Vehicle:
 
 @dataclass(frozen=True, eq=False)
 class Beginning:
-    """Where and how a navigation begins, as `find_beginning` returns it.
+    """Beginning of a navigation, as `find_beginning` returns it.
 
     Attributes
     ----------
@@ -297,7 +297,7 @@ def find_beginning(
 
 @dataclass(frozen=True, eq=False)
 class _Arm:
-    """The antenna's place, m, and standard deviations: for the filter to estimate, or as found."""
+    """Antenna position, m, and its standard deviation, estimated or considered by the filter."""
 
     place: Floats
     sigma: Floats
@@ -314,7 +314,7 @@ class _Arm:
 
 
 def _describe_mistakes(checks: NavigationChecks, vehicle: Vehicle) -> Iterator[str]:
-    """Yield a line for each mistake, with what is done about it or may be typed."""
+    """Yield a line for each mistake, with the correction or the option to type."""
     for finding in vehicle.mistakes(checks):
         advice: str | Sentence = ""
         if finding.what == "mount":
@@ -342,7 +342,7 @@ class _Search:
     def find_start_and_clock(
         self, checks: NavigationChecks
     ) -> tuple[Alignment, float | TimeOffset, TimeOffset | None, str]:
-        """Return where the filter begins, on which clock, which fits best, and a sentence on it."""
+        """Return the start of the filter, its clock, the clock that fits best, and a sentence."""
         vehicle = self.vehicle
         stated = vehicle.time_offset
         if isinstance(stated, TimeOffset):
@@ -354,10 +354,12 @@ class _Search:
         clock = self._find_clock(start, initial_offset)
         if clock is None or not clock.differs(initial_offset, _MIN_OFFSET_S):
             if clock is not None and self._takes_arm(clock):
-                # Clock and antenna are one answer: what is not told is their difference.
+                # Clock and antenna are one answer: only their difference is not identifiable.
                 return self._find_start(clock), clock, clock, ""
             return start, initial_offset, clock, ""
-        values = ", ".join(f"{name} {x:.3g} (sigma {s:.1g})" for name, x, s in clock.parts)
+        values = ", ".join(
+            f"{name} {shorten(x, 3)} (sigma {shorten(s, 1)})" for name, x, s in clock.parts
+        )
         if vehicle.offset_source == "argument":
             automatic = keyword_argument("time_offset", "auto", "time_offset='auto'")
             fit = f"the fixes fit best with {values}, not {stated:g} s: "
@@ -370,12 +372,12 @@ class _Search:
         return self._find_start(clock), clock, clock, sentence
 
     def _takes_arm(self, clock: TimeOffset) -> bool:
-        """Whether nothing states the antenna's place, or the clock, and both were found."""
+        """Return True if clock and antenna were found, and either was not stated."""
         free = self.vehicle.antenna_sigma > _STATED_SIGMA_M and "antenna_sigma" not in self.options
         return free and clock.antenna is not None and self.vehicle.offset_source != "argument"
 
     def arm(self, clock: TimeOffset | None, offset: float | TimeOffset) -> _Arm:
-        """Return where the antenna is, as found with the clock that is used, or as stated."""
+        """Return the antenna's position, as found with the clock that is used, or as stated."""
         if clock is not None and clock is offset and self._takes_arm(clock):
             return _Arm.found(clock)
         vehicle = self.vehicle
@@ -425,7 +427,7 @@ class _Search:
         return find_noise(self.recording, self.fixes, start, time_offset=offset, **options)
 
     def _options_with_antenna(self) -> dict[str, Any]:
-        """Return options of a filter that knows how far the antenna is known."""
+        """Return options of a filter with the standard deviation of the antenna's position."""
         vehicle = self.vehicle
         known = {"antenna": vehicle.antenna, "antenna_sigma": vehicle.antenna_sigma}
         return {**known, **self.options}

@@ -1,4 +1,4 @@
-"""By how much the clock of a receiver differs from that of the sensors, by innovations."""
+"""The offset of a receiver's clock from that of the sensors, by innovations."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _OFFSET_SIGMA_S: Final = 0.3
 _RATE_PRIOR: Final = 1e-3
 _UNKNOWN_ANTENNA_M: Final = 1.0
 _STATED_ANTENNA_M: Final = 0.05
-"""What is known before: of offsets, of their rate, of an antenna's place that is stated or not."""
+"""Prior sigmas: of offsets, of their rate, of an antenna's position, stated or not."""
 _FIRST_GUESS_S: Final = 150.0
 """Seconds that suffice for a first guess."""
 _COST_ROUGHNESS: Final = 4.0
@@ -60,11 +60,11 @@ _SPIKES_FACTOR: Final = 3.0
 """Share of spikes from which on a receiver of centimetres is believed less, by this factor."""
 _SLOW_SPEED_M_S: Final = 3.0
 _SLOW_FACTOR: Final = 1.5
-"""Speed below which positions alone tell less than they seem to, by this factor."""
+"""Speed below which positions alone are less informative than they seem, by this factor."""
 _MIN_HEADING_SIGMA_RAD: Final = math.radians(27.0)
 _SETTLING_S: Final = 20.0
 _MIN_MOVING_FIXES: Final = 10
-"""Fixes in motion, without which nothing is told."""
+"""Fewest fixes in motion for an estimate."""
 _MAX_MEAN_NIS: Final = 4.0
 _MAX_ANTENNA_M: Final = 4.0
 _STEP_TOLERANCES: Final = np.array([0.01, 0.01, 1e-4, 0.05, 0.05, 0.05])
@@ -87,7 +87,7 @@ def find_time_offset(
     time_offset: float = 0.0,
     **options: Any,  # noqa: ANN401
 ) -> TimeOffset:
-    """Find what is to be added to the times of the fixes, and where the antenna is.
+    """Find the offset to add to the times of the fixes, and the antenna's position.
 
     The offsets of positions and velocities, the rate of both, and the antenna's place, by which a
     filter's innovations are the smallest, with their standard deviations.
@@ -103,9 +103,10 @@ def find_time_offset(
     time_offset : float
         Where to search from, s; within 0.6 s. `check_navigation` finds one of any size to tenths.
     **options
-        As of `NavigationFilter`, without ``adapt`` and ``gate``: here a receiver is believed, for
-        what is taken for its noise is not seen as a clock. ``antenna_sigma`` is how far the
-        antenna's place is known before, m: by default 0.05 where ``antenna`` is given, else 1.
+        As of `NavigationFilter`, without ``adapt`` and ``gate``: here the receiver is trusted,
+        since errors that count as its noise would not show a clock. ``antenna_sigma`` is the prior
+        standard deviation of the antenna's position, m: by default 0.05 where ``antenna`` is given,
+        else 1.
 
     Raises
     ------
@@ -116,13 +117,13 @@ def find_time_offset(
     -----
     Gauss and Newton's steps on the normalised innovations, which count less beyond three robust
     standard deviations, after the first 20 s. A clock and an antenna forward of the sensors are the
-    same at constant speed: what the record does not separate is filled by what is known before
+    same at constant speed: what the record does not separate is filled by the prior
     (0.3 s, 1e-3, 1 m), and the standard deviations grow. Slopes are those forward times those
-    backward, whose noise has nothing in common. A position or a velocity beyond six deviations is
-    left out if the next is not as large to the same side. Deviations are at least those of
-    innovations that are as large as the filter says, with a fifth of the time of a sample. A rate
-    is told beyond three deviations only. Innovations of twice their size are not of a clock: then
-    nothing is told.
+    backward, whose noise has nothing in common. A position or a velocity beyond six standard
+    deviations is left out if the next is not as large to the same side. Deviations are at least
+    those of innovations that are as large as the filter says, with a fifth of the time of a sample.
+    A rate is reported only if it exceeds three standard deviations. If innovations are twice their
+    expected size, the clock does not explain them and no offset is reported.
 
     Examples
     --------
@@ -168,7 +169,7 @@ def _thin_fixes(fixes: Fixes) -> Fixes:
 
 @dataclass(frozen=True, eq=False)
 class _Prior:
-    """What is known before: numbers, their standard deviations, and which of them are searched.
+    """Prior: numbers, their standard deviations, and the mask of those that are searched.
 
     Offsets of positions and velocities, s, their rate, the antenna's place, m.
     """
@@ -186,14 +187,14 @@ class _Prior:
         return cls(theta, sigma, np.flatnonzero(free))
 
     def away(self, theta: Floats) -> Floats:
-        """Return how far the numbers that are searched are from this, in deviations."""
+        """Return the distance of the searched numbers from the prior, in standard deviations."""
         away: Floats = (theta - self.theta) / np.where(self.sigma > 0.0, self.sigma, 1.0)
         return away[self.free]
 
 
 @dataclass(frozen=True, eq=False)
 class _Receiver:
-    """Fixes of a receiver, and what is to be known of them."""
+    """Fixes of a receiver, and their properties."""
 
     gnss: Fixes
     has_velocities: bool
@@ -272,7 +273,7 @@ class _Search:
         return self.gnss.time + theta[0] + drift, velocity + theta[1] + drift
 
     def position_lag(self, theta: Floats) -> float:
-        """Return by how much positions come after the velocities nearest to them, s."""
+        """Return the delay of positions behind the velocities nearest to them, s."""
         position, velocity = self.fix_times(theta)
         velocity = np.sort(velocity)
         after = np.searchsorted(velocity, position).clip(1, max(1, len(velocity) - 1))
@@ -362,7 +363,7 @@ class _Search:
         return ClockEquations.of(weights, slopes, prior.free, prior.sigma, prior.away(theta))
 
     def slopes(self, theta: Floats, now: _Innovations) -> Slopes:
-        """Return how the innovations change with each number, forward and backward."""
+        """Return the derivatives of the innovations by each number, forward and backward."""
         h, unit, has_both = _DIFFERENCE_STEPS, np.eye(SIZE), self.receiver.has_velocities
         moves = [(k, sign * unit[k]) for k in self.prior.free.tolist() for sign in (1.0, -1.0)]
         lag = self.position_lag(theta) if has_both else math.inf
@@ -406,7 +407,7 @@ class _Search:
         return theta, now
 
     def estimate(self, theta: Floats, now: _Innovations, equations: ClockEquations) -> TimeOffset:
-        """Return the numbers with their deviations, without a rate that is not sure."""
+        """Return the numbers with their standard deviations, without a rate that is not sure."""
         nis = float(np.nanmean(np.minimum(now.scalars**2, _MAX_NIS)))
         unknown = TimeOffset(math.nan, math.inf, nis=nis)
         sigma, remaining = equations.sigmas(), equations.remaining()
@@ -439,7 +440,7 @@ class _Search:
         return replace(offset, antenna=tuple(antenna[0]), antenna_sigma=tuple(antenna[1]))
 
     def doubt(self) -> float:
-        """Return the factor on standard deviations that seem too small, of what was simulated."""
+        """Return the factor on standard deviations that are too small on simulations."""
         receiver = self.receiver
         moving = receiver.speed[receiver.speed > 0.0]
         slow = moving.size > 0 and float(np.median(moving)) < _SLOW_SPEED_M_S
@@ -460,7 +461,7 @@ def _shorten(step: Floats) -> Floats:
 
 
 def _find_outliers(run: _Innovations, limit: float) -> Booleans:
-    """Return which positions and velocities are far beyond the others, shape (m, 2).
+    """Return the mask of outliers among positions and velocities, shape (m, 2).
 
     A wrong fix stands alone: what comes after one that a filter's own error makes large is large
     to the same side. One in ten at most: more are a filter that fits them badly.

@@ -25,7 +25,7 @@ _MIN_BLOCKS: Final = 3
 
 @dataclass(frozen=True, eq=False)
 class Slopes:
-    """How m innovations change with k numbers, forward and backward, shape (m, 6, k).
+    """Derivatives of m innovations by k numbers, forward and backward, shape (m, 6, k).
 
     A fix that moves carries the sensors' noise from one side to the other: the two have no noise in
     common, so that their product is not too large.
@@ -63,7 +63,7 @@ class Weights:
 
 @dataclass(frozen=True, eq=False)
 class ClockEquations:
-    """Sums over blocks of ten seconds, in units of what is known before each number."""
+    """Sums over blocks of ten seconds, in units of each number's prior sigma."""
 
     weights: Weights
     free: Integers
@@ -108,7 +108,7 @@ class ClockEquations:
         )  # fmt: skip
 
     def solve(self) -> Floats | None:
-        """Return the step that all blocks ask for, shape (6,); None where nothing is known."""
+        """Return the step by all blocks, shape (6,); None where nothing is known."""
         if len(self.right) < _MIN_BLOCKS:
             return None
         return self._in_units(np.asarray(np.linalg.solve(self._prior + self.normal, self._total)))
@@ -141,7 +141,7 @@ class ClockEquations:
 
     @property
     def _information(self) -> Floats:
-        """Curvature, not below 0 in any direction, and what is known before."""
+        """Curvature, not below 0 in any direction, with the prior."""
         values, vectors = np.linalg.eigh(self.curvature)
         information: Floats = (vectors * np.maximum(values, 0.0)) @ vectors.T + self._prior
         return information

@@ -1,4 +1,4 @@
-"""A start from what there is: a rest if the receiver stands too, else in motion."""
+"""A start from the available data: a rest if the receiver stands, too, else in motion."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _MAX_REST_SEARCH_S: Final = 300.0
 _MIN_DRIFT_M_S: Final = 0.3
 """A drift of positions, m/s, that is seen of a rest only after so long."""
 _GYRO_BIAS_SIGMAS_RAD_S: Final = (math.radians(0.1), math.radians(0.5))
-"""Deviation of the bias of a gyro after a rest, and without one, rad/s."""
+"""Standard deviation of the bias of a gyro after a rest, and without one, rad/s."""
 _LEVEL_SIGMA_RAD: Final = math.radians(5.0)
 _LEVEL_S: Final = 5.0
 _FORCE_TOLERANCE: Final = 0.5
@@ -59,7 +59,7 @@ def find_start(
     time_offset: float | TimeOffset = 0.0,
     **options: Any,  # noqa: ANN401
 ) -> Alignment:
-    """Find where a filter may begin, from whatever a recording holds: at rest or in motion.
+    """Find the start of a filter from a recording's contents: at rest or in motion.
 
     Parameters
     ----------
@@ -91,12 +91,12 @@ def find_start(
     A rest is the longest stretch of 3 s or more before the receiver leaves its place in which means
     of half a second stay within 0.85 deg/s and 0.26 m/s^2 over the three axes: its mean rate is the
     bias, to 0.1 deg/s.
-    Without one the bias is taken for zero, to 0.5 deg/s. Roll and pitch are of the mean force of
-    the 5 s before, to 5 deg. The heading is that of the filter, of eight round the compass and one
-    along the course, under which the fixes are the most likely, once it leads those that look
-    elsewhere by 15 in the logarithm. There each fix has the deviation that a clock 0.2 s off gives
-    it besides its own. Without a rest roll, pitch and heading are then those of an iterated
-    smoother over the first minute.
+    Without one the bias is assumed zero, to 0.5 deg/s. Roll and pitch are from the mean force of
+    the 5 s before, to 5 deg. The heading is that of the most likely filter, of eight round the
+    compass and one along the course, once its log likelihood exceeds those of other headings by 15.
+    There each fix has the standard deviation that a clock 0.2 s off causes it in addition to its
+    own. Without a rest, roll, pitch and heading are then corrected by an iterated smoother over the
+    first minute.
 
     Examples
     --------
@@ -128,7 +128,7 @@ def find_start(
         if solution is None:
             continue
         note = (
-            f"the heading is told by the motion: {format_heading(solution.heading, 0)} deg "
+            f"heading by the motion: {format_heading(solution.heading, 0)} deg "
             f"(sigma {math.degrees(solution.sigma):.0f}) at {solution.time:.1f} s, "
             f"{solution.time - begin:.1f} s after the start"
         )
@@ -169,7 +169,7 @@ def _latitude(fixes: Fixes) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _ReceiverMotion:
-    """When a receiver stands, and when it surely moves."""
+    """Times at which a receiver stands, and at which it surely moves."""
 
     fixes: Fixes
     departure: float
@@ -216,7 +216,7 @@ def _motion_starts(time: Floats, moving: Booleans) -> Iterator[float]:
 
 
 def begins_in_motion(start: Alignment) -> bool:
-    """Return True if a start had no rest, by which the bias of the gyro is known."""
+    """Return True if a start had no rest for the bias of the gyro."""
     return start.gyro_bias_sigma >= _GYRO_BIAS_SIGMAS_RAD_S[1]
 
 
@@ -257,7 +257,7 @@ def _first_fix_time(samples: Samples, fixes: Fixes) -> float:
 def _align_in_motion(
     source: str, samples: Samples, fixes: Fixes, begin: float, rest: tuple[float, float] | None
 ) -> Alignment:
-    """Return what is known at a fix but for the heading."""
+    """Return the alignment at a fix, but for the heading."""
     a, b = np.searchsorted(samples.time, [begin - _LEVEL_S, begin])
     # In the first seconds of a recording those that follow have to do.
     b = max(b, int(np.searchsorted(samples.time, samples.time[0] + 1.0)))
@@ -270,7 +270,7 @@ def _align_in_motion(
             "another unit, or lacks samples"
         )
     bias, sigma = np.zeros(3), _GYRO_BIAS_SIGMAS_RAD_S[1]
-    note = "there is no rest of 3 s before the receiver moves: the bias of the gyro is taken for 0"
+    note = "there is no rest of 3 s before the receiver moves: the bias of the gyro is assumed 0"
     if rest is not None:
         x, y = np.searchsorted(samples.time, rest)
         bias, sigma = _mean_sample(samples, int(x), int(y))[:3], _GYRO_BIAS_SIGMAS_RAD_S[0]
@@ -297,7 +297,7 @@ def _describe_no_motion(imu: Recording, motion: _ReceiverMotion) -> str:
         f"{imu.source}: the filter cannot start: from {time[0]:.1f} to {time[-1]:.1f} s the fixes "
         f"show no motion beyond their noise, {motion.max_displacement:.2g} m in 3 s at "
         "most, so neither a "
-        "course nor a change of speed tells the heading: ",
+        "course nor a change of speed shows the heading: ",
         keyword_argument("heading"),
         " says it",
     )
@@ -308,7 +308,7 @@ def _describe_no_heading(imu: Recording, begins: list[float]) -> str:
     return make_sentence(
         f"{imu.source}: the filter cannot start: it moves from {times} s on, but in a minute of it "
         "no heading fits the fixes better than all others: either it neither speeds up, brakes nor "
-        "turns, or units, axes or clock are not as told; ",
+        "turns, or units, axes or clock are not as stated; ",
         keyword_argument("heading"),
         " says the heading",
     )

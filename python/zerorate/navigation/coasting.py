@@ -33,7 +33,7 @@ _USUAL: Final[dict[str, tuple[float, float, Quantity]]] = {
 _MAX_WAIT_S: Final = 1.5
 """Seconds that a window waits for a fix which is due."""
 _MIN_BLOCKS: Final = 36
-"""Positions or velocities compared, at least: fewer tell no noise."""
+"""Fewest positions or velocities to compare for an estimate of noise."""
 _MIN_BLOCK_SHARE: Final = 0.9
 """Share of the blocks that a noise must leave comparable."""
 _MAX_HEADING_SIGMA_RAD: Final = 0.15
@@ -101,7 +101,7 @@ class FoundNoise:
 
     @property
     def kept(self) -> bool:
-        """Whether the noise stays as it was."""
+        """True if the noise stays as it was."""
         return bool(self.reason)
 
     @property
@@ -111,7 +111,7 @@ class FoundNoise:
         return {name: model for name, model in models.items() if model is not None}
 
     def __str__(self) -> str:
-        """Say what was found and what it gains, or why the noise is kept."""
+        """Return the noise found and its gain, or the reason why the noise is kept."""
         if self.kept:
             return f"the noise of the filter is kept: {self.reason}"
         gyro, accel, walk = (f"{factor:.2g}" for factor in self.factors)
@@ -138,7 +138,7 @@ def find_noise(
     lower: bool | None = None,
     **options: Any,  # noqa: ANN401
 ) -> FoundNoise:
-    """Find the process noise with which a filter's coasting errors are as large as it says.
+    """Find the process noise for which a filter's coasting errors agree with its sigma.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def find_noise(
     gyro, accel : NoiseModel or sequence of three, optional
         Noise of the sensors where it is known. Default: that of consumer sensors.
     lower : bool, optional
-        Whether the noise may be lowered as well, for a clear gain. Default: only where neither
+        Allow lowering the noise, too, for a clear gain. Default: only where neither
         model is given; a given one is raised, for a clear gain.
     **options
         Further options of `NavigationFilter`.
@@ -173,7 +173,8 @@ def find_noise(
     A copy of the filter leaves it every ten seconds, takes no fix, and is compared with the fixes
     after 2, 5 and 10 s. Three factors on the noise maximise the likelihood of the horizontal
     errors (Student's with eight degrees of freedom), each with a pass of the whole filter. Where
-    errors after 5 and 10 s are still larger than their deviation, white noise is raised by that.
+    errors after 5 and 10 s are still larger than their standard deviation, white noise is raised by
+    that.
 
     Examples
     --------
@@ -435,7 +436,7 @@ def _search(coasting: _Coasting, is_assumed: bool) -> FoundNoise:
 def _level(coasting: _Coasting, theta: Floats) -> Floats:
     """Return the logarithms with white noise raised to the RMS of the longer coasts' errors.
 
-    A likelihood with heavy tails leaves these out of its deviation, which is to hold them.
+    A likelihood with heavy tails leaves these out of its standard deviation, which is to hold them.
     """
     level = float(np.nanmean(coasting.run(theta).ratios()[1:] ** 2))
     if not level > 1.0:

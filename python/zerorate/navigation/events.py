@@ -12,7 +12,7 @@ from zerorate.types import Floats, Integers
 
 DEFAULT_POSITION_SIGMA_M: Final = 2.0
 DEFAULT_VELOCITY_SIGMA_M_S: Final = 0.1
-"""What is taken for the deviations of a receiver that tells none, m and m/s."""
+"""Assumed standard deviations of a receiver that reports none, m and m/s."""
 
 _POSITION: Final = slice(1, 4)
 _VELOCITY: Final = slice(4, 7)
@@ -21,7 +21,7 @@ _VELOCITY: Final = slice(4, 7)
 def pack_fixes(fixes: Fixes | None) -> Floats:
     """Return fixes as ``NavigationFilter.process_arrays`` takes them, shape (m, 13).
 
-    Where a receiver tells no deviation it is 2 m and 0.1 m/s.
+    If a receiver reports no standard deviations they are 2 m and 0.1 m/s.
     """
     if fixes is None:
         return np.empty((0, 13))
@@ -44,7 +44,7 @@ def _fill_sigma(sigma: Floats | None, default: float) -> Floats | float:
 
 @dataclass(frozen=True, eq=False)
 class Events:
-    """What a filter is given of m fixes, in the order of their times.
+    """Events of m fixes for a filter, in the order of their times.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ class Events:
 
     @property
     def is_joint(self) -> bool:
-        """Whether a fix is one event."""
+        """True if a fix is one event."""
         return self.position is self.velocity
 
     def to_rows(self) -> Floats:
@@ -92,7 +92,7 @@ class Events:
         return rows
 
     def merge(self, outputs: dict[str, Any]) -> dict[str, Any]:
-        """Return what a filter says of each event as of each fix, whose position counts."""
+        """Return the filter's outputs per fix, from those per event; the position's counts."""
         if self.is_joint:
             return outputs
         own = {name: outputs[name][self.position] for name in ("verdict", "taken")}

@@ -1,4 +1,4 @@
-"""Sensors that tell nothing new while the vehicle moves."""
+"""Sensors that repeat their values while the vehicle moves."""
 
 from __future__ import annotations
 

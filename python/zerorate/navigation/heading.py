@@ -21,7 +21,7 @@ from zerorate.types import Floats, Integers
 
 _MEMBER_COUNT: Final = 8
 _MEMBER_SIGMA_RAD: Final = math.radians(27.0)
-"""Deviation of the heading of a member, of which eight are 45 deg apart."""
+"""Standard deviation of the heading of a member, of which eight are 45 deg apart."""
 _MIN_DECISION_S: Final = 2.0
 MAX_DECISION_S: Final = 60.0
 """Seconds after which a bank has decided, at least and at most."""
@@ -50,7 +50,7 @@ class Heading:
     start_heading : float
         Of the body at the first fix, rad, as the member that won began.
     start_sigma : float
-        Its deviation there.
+        Its standard deviation there.
     time : float
         When it was decided, s.
     heading, sigma : float
@@ -67,11 +67,11 @@ class Heading:
 def find_heading(
     samples: Samples, fixes: Fixes, start: Alignment, options: Mapping[str, Any]
 ) -> Heading | None:
-    """Return the heading of a body from its start on, None if 60 s do not tell it.
+    """Return the heading of a body from its start on, None if 60 s do not determine it.
 
     Filters that differ in their heading alone run over the same fixes; that under which these are
-    the most likely has the right one. Beside eight round the compass runs one along the course, as
-    a body does that moves forward.
+    the most likely has the right one. In addition to eight round the compass one runs along the
+    course, as a body does that moves forward.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def _fill_sigma(sigma: Floats | None, default: float, fixes: Fixes) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class _MemberRun:
-    """What a member has shown up to each fix: log-likelihood, heading and its deviation."""
+    """Log-likelihood, heading and its standard deviation of a member, up to each fix."""
 
     likelihood: Floats
     heading: Floats
@@ -203,7 +203,7 @@ def format_heading(heading: float, digits: int) -> str:
 
 
 def _integrate_yaw(samples: Samples, start: Alignment, piece: slice) -> Floats:
-    """Return by how much the body has turned since the start, by its gyro, rad."""
+    """Return the rotation of the body since the start, by its gyro, rad."""
     time = samples.time[piece]
     rate = np.nan_to_num(samples.gyro[piece]) - start.gyro_bias
     steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time)[:, np.newaxis]

@@ -1,4 +1,4 @@
-"""The clock of a receiver, coarsely, by how fast the course turns."""
+"""The clock of a receiver, coarsely, by the rate of the course."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _DEG_PER_RAD: Final = 180.0 / np.pi
 
 @dataclass(frozen=True)
 class Lag:
-    """By how much the times of fixes are to be moved.
+    """Offset to add to the times of fixes.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class Lag:
     slope : float
         Of the one on the other: 1 where units and axes are right.
     certain : bool
-        Whether nothing else fits nearly as well.
+        True if no other lag fits nearly as well.
     """
 
     seconds: float
@@ -56,7 +56,7 @@ class Lag:
 
 
 def is_rate(slope: float, factor: float = 1.4) -> bool:
-    """Whether a slope is that of a rate in some unit, within a factor."""
+    """Return True if a slope is that of a rate in some unit, within a factor."""
     units = (1.0, _DEG_PER_RAD, 1.0 / _DEG_PER_RAD)
     return any(0.98 / factor < abs(slope) * unit < factor for unit in units)
 
@@ -188,7 +188,7 @@ class _ScoreGrid:
 
     @classmethod
     def of(cls, rotation: RotationAngle, windows: Windows, peak_width: float) -> _ScoreGrid | None:
-        """Return them by sums over what overlaps, all at once by Fourier transforms."""
+        """Return the scores by sums over the overlap, all at once by Fourier transforms."""
         w = course_weights(windows)
         known = w > 0.0
         if known.sum() < _MIN_WINDOWS:
@@ -234,7 +234,7 @@ class _ScoreGrid:
         return cls(lags, scores[order], peak_width)
 
     def find_best(self, reach: float) -> tuple[float, float] | None:
-        """Return the best lag within a reach, and by how much it leads those beside it."""
+        """Return the best lag within a reach, and its lead over those not next to it."""
         near = np.abs(self.lags) <= reach
         if not near.any():
             return None
@@ -244,7 +244,7 @@ class _ScoreGrid:
         return float(self.lags[k]), self.peak_ratio(float(self.lags[k]), reach)
 
     def peak_ratio(self, lag: float, reach: float = np.inf) -> float:
-        """Return by how much a lag leads all within a reach that are not beside it."""
+        """Return the lead of a lag over all within a reach that are not next to it."""
         elsewhere = (np.abs(self.lags) <= reach) & (np.abs(self.lags - lag) > self.peak_width)
         second = float(self.scores[elsewhere].max()) if elsewhere.any() else 0.0
         own = float(self.scores[int(np.argmin(np.abs(self.lags - lag)))])

@@ -1,4 +1,4 @@
-"""Velocities and course of a receiver that tells positions alone, by lines through them."""
+"""Velocities and course of a receiver that reports positions alone, by lines through them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _WIDTHS_S: Final = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)
 _MAX_TURN_SIGMA_RAD: Final = 0.35
 _SMOOTHING_STEP_S: Final = 0.02
 MIN_TURNED_RAD: Final = 3.0
-"""Rotation of the course in all, below which it tells no clock."""
+"""Least total rotation of the course for a clock."""
 _MIN_CORRELATION: Final = 0.9
 _SLOPE_FACTOR: Final = 1.25
 _MIN_OVERLAP: Final = 0.9
@@ -92,7 +92,7 @@ class LineVelocities:
 
 @dataclass(frozen=True, eq=False)
 class LineCourse:
-    """How a course by lines turns, the gyro's angle as such lines have it, and their lag."""
+    """Course rate from straight lines, the gyro's angle over the same lines, and their lag."""
 
     windows: Windows
     rotation: RotationAngle
@@ -140,7 +140,7 @@ def _widths(fixes: Fixes) -> Iterator[float]:
 
 
 def _turns(lines: LineVelocities) -> tuple[Windows, Floats]:
-    """Return how the course turns from each line to the one a width later."""
+    """Return the change of course from each line to the one a width later."""
     v, sigma, time = lines.velocity, lines.sigma, lines.time
     speed = np.maximum(np.hypot(*v.T), 1e-9)
     course, spread = np.arctan2(v[:, 1], v[:, 0]), sigma / speed

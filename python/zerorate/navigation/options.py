@@ -13,13 +13,13 @@ _ROWS: Final = (
         kind="number",
         default=50.0,
         expected="a positive number",
-        meaning="Normalised innovation squared above which a fix is not taken",
+        meaning="Reject a fix with a larger normalised innovation squared",
     ),
     Option.choice(
         "adapt",
         ("inflate", "free", "fixed"),
-        "What the noise of the fixes is: raised to what they show, followed both ways, or "
-        "as the receiver tells it",
+        "Noise of the fixes: as stated, raised by innovations (inflate), also lowered (free), or "
+        "fixed",
     ),
     Option(
         name="covariance_step",
@@ -27,12 +27,12 @@ _ROWS: Final = (
         default=0.1,
         unit="s",
         expected="from 0.0001 to 1 s",
-        meaning="Time between two steps of the covariance",
+        meaning="Time between steps of the covariance",
     ),
     Option.choice(
         "kind",
         ("rate", "increment"),
-        "Whether samples are rates and forces, or their integrals since the sample before",
+        "Kind of samples: rates and forces, or their integrals since the sample before",
     ),
     Option(
         name="antenna_sigma",
@@ -40,7 +40,7 @@ _ROWS: Final = (
         default=0.0,
         unit="m",
         expected="from 0 to 1000 m",
-        meaning="Deviation of where the antenna is told to be: if not 0 it is estimated",
+        meaning="Standard deviation of the antenna; it is estimated if above 0",
     ),
     Option(
         name="wheel_sigma",
@@ -48,7 +48,7 @@ _ROWS: Final = (
         default=0.3,
         unit="m/s",
         expected="from 0.001 to 1000 m/s",
-        meaning="Deviation of the velocity across the wheels",
+        meaning="Standard deviation of the velocity across the wheels",
         methods=_WHEELED,
     ),
     Option(
@@ -58,7 +58,7 @@ _ROWS: Final = (
         unit="m/s",
         expected="from 0.001 to 1000 m/s",
         choices=(),
-        meaning="Deviation of the speed that wheels tell",
+        meaning="Standard deviation of the wheels' speed",
         methods=_WHEELED,
     ),
 )
@@ -78,8 +78,8 @@ FOOT_OPTIONS: Final = index_by_name(
             default=None,
             expected="None or 'level'",
             choices=("level",),
-            meaning="Level: a stance within 0.1 m of the height before is as high as that; what "
-            "steps higher is a stair",
+            meaning="Level floor: a stance within 0.1 m of the last height has that height; a "
+            "higher one is on a stair",
         ),
     )
 )

@@ -1,4 +1,4 @@
-"""Errors of a navigation filter while its receiver is silent, beside those of doing nothing."""
+"""Errors of a navigation filter in outages of its receiver, compared with doing nothing."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from zerorate.navigation.begin import Offset, find_beginning
 from zerorate.navigation.coarse_start import begins_in_motion
 from zerorate.navigation.events import pack_fixes
 from zerorate.navigation.track import SmoothedPoses, Track, explain_no_start
+from zerorate.numerals import shorten
 from zerorate.progress import Progress, choose_reporter
 from zerorate.record import LogError
 from zerorate.types import Booleans, Floats, Integers
@@ -43,7 +44,7 @@ ELLIPSE_SIGMAS: Final = math.sqrt(-2.0 * math.log(0.05))
 """Standard deviations to the edge of an ellipse that holds 95 % of a plane's errors."""
 _DOUBT_S: Final = 10.0
 _MIN_DOUBT_OUTAGES: Final = 3
-"""Outages by which a start in motion is judged: their length, s, and how many at least."""
+"""Outages that test a start in motion: their length, s, and least number."""
 _TIME_TOLERANCE_S: Final = 1e-6
 """Seconds by which times are one: those of fixes add up with rounding."""
 _MAX_END_GAP_SHARE: Final = 0.1
@@ -68,7 +69,7 @@ class OutageErrors:
         Of these fixes: latitude and longitude, deg, height, m.
     errors : dict of str to ndarray, shape (m, 2)
         At each of them, north and east, m: of "position held", "velocity held", "filter" and, if it
-        was asked for, "smoothed".
+        was requested, "smoothed".
     sigma : ndarray, shape (m, 2)
         Standard deviations north and east of the filter there, m.
     end : dict of str to ndarray, shape (n,)
@@ -137,7 +138,7 @@ class Outages(Result):
     Parameters
     ----------
     lengths : tuple of OutageErrors
-        One a length, in the order asked for.
+        Errors of each length, in the given order.
     source : str
         Name of the recording.
     notes : tuple of str
@@ -157,16 +158,16 @@ class Outages(Result):
     notes: tuple[str, ...] = ()
 
     def __getitem__(self, seconds: float) -> OutageErrors:
-        """Return the errors of one length; KeyError if it was not asked for."""
+        """Return the errors of one length; KeyError if it was not requested."""
         for errors in self.lengths:
             if errors.seconds == seconds:
                 return errors
         raise KeyError(seconds)
 
     def __repr__(self) -> str:
-        """Say how many there are of each length, and what the filter's errors are."""
+        """Return the number of outages of each length, and the filter's errors."""
         parts = (
-            f"{errors.n} of {errors.seconds:g} s: {errors.rms():.3g} m rms"
+            f"{errors.n} of {errors.seconds:g} s: {shorten(errors.rms(), 3)} m rms"
             for errors in self.lengths
         )
         return f"Outages({', '.join(parts)})"
@@ -188,17 +189,17 @@ def outages(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Outages:
-    """Return how far a navigation filter is off after outages of the receiver.
+    """Return the errors of a navigation filter after outages of the receiver.
 
-    Fixes are withheld, and the filter's track compared with them. Beside it stand a position and a
-    velocity that are held from the last fix on: on a slow platform these may be better.
+    Fixes are withheld, and the filter's track compared with them. The same is done for a position
+    and a velocity that are held from the last fix on: on a slow platform these may be better.
 
     Parameters
     ----------
     imu : Recording
         As ``NavigationFilter.process`` takes it, in the axes of the body.
     gnss : Fixes
-        Of the receiver; what is withheld of them counts as true.
+        Fixes of the receiver; withheld ones count as true.
     seconds : float or sequence of float
         Lengths of outages; the filter runs once for each. Default 10, 30 and 60.
     nav : NavigationFilter, optional
@@ -207,23 +208,23 @@ def outages(
     antenna : array_like, shape (3,), optional
         From the sensors to the antenna, body axes, m; set it on `nav` if there is one.
     smooth : bool
-        Whether to smooth as well; of that the largest error inside an outage is told.
+        Also smooth; its largest error inside an outage is reported.
     first : float
         Seconds from the fix at which the filter began to the first outage. Default 60.
     between : float
         Seconds from the end of an outage to the next, in which fixes are used. Default 30.
     rest : array_like of bool, shape (n,), optional
-        Where the vehicle is known to stand.
+        Mask of known rest of the vehicle.
     wheel_speed : array_like, shape (n,), or Wheels, optional
-        How fast its wheels roll, m/s, of a filter of a wheeled vehicle.
+        Speed of its wheels, m/s, for a filter of a wheeled vehicle.
     time_offset : float, TimeOffset or "auto"
         Added to the times of the fixes, s. "auto": as sensors and fixes fit best; 0 with a `nav`.
     threads : int, optional
-        How many lengths are run at once. Default: as many as there are cores. The result does not
+        Number of lengths to run at once. Default: one per core. The result does not
         depend on it. Each takes 0.4 kB a sample and, with `smooth`, about 3 kB a step of the
         covariance.
     progress : callable, optional
-        Called with a step's name and the fraction that is done.
+        Called with a step's name and the fraction done.
         By default a bar in a notebook.
 
     Returns
@@ -237,13 +238,13 @@ def outages(
         If there are no fixes, or the filter did not begin.
     ValueError
         If an argument is out of range, the filter has seen samples, or there is no room for an
-        outage of a length that was asked for.
+        outage of a requested length.
 
     Notes
     -----
-    Where a receiver tells no velocity, the one that is held is of the last two positions. Errors
-    are those of the antenna, interpolated between samples. The fixes have errors too: what is
-    smaller than theirs is not seen.
+    If a receiver reports no velocity, the held one is from the last two positions. Errors
+    are those of the antenna, interpolated between samples. The fixes have errors, too: smaller
+    errors of the filter are not seen.
 
     Examples
     --------
@@ -277,7 +278,7 @@ def outages(
 
 @dataclass(frozen=True)
 class OutagePlan:
-    """Lengths of outages, whether to smooth, seconds before the first and between them."""
+    """Lengths of outages, flag of smoothing, seconds before the first and between them."""
 
     lengths: Sequence[float]
     smooth: bool
@@ -294,7 +295,7 @@ class OutagePlan:
         threads: int,
         report: Progress,
     ) -> Outages:
-        """Return the errors of a filter, by what it made of all fixes and what it is given."""
+        """Return the errors of a filter, by its estimates with all fixes and with some withheld."""
         from zerorate.record.offset import TimeOffset
 
         fixes = _FixSpan.of(undisturbed, TimeOffset.of(inputs["time_offset"]).applied(gnss))
@@ -353,8 +354,10 @@ def doubt_start(
     if found.n < _MIN_DOUBT_OUTAGES or not filtered > held:
         return ""
     return (
-        f"without fixes for {_DOUBT_S:g} s the filter is off by {filtered:.3g} m RMS, a velocity "
-        f"that is held by {held:.3g} m: it began in motion, and no rest tells the gyro's bias"
+        f"without fixes for {_DOUBT_S:g} s the filter is off by {shorten(filtered, 3)} m RMS, a "
+        "velocity "
+        f"that is held by {shorten(held, 3)} m: it began in motion, and no rest tells the gyro's "
+        "bias"
     )
 
 
@@ -411,7 +414,7 @@ class _WithheldFixes:
     skipped_count: int
 
     def mask(self, n: int) -> Booleans:
-        """Return which of n fixes are withheld."""
+        """Return the mask of the fixes, out of n, that are withheld."""
         mask = np.zeros(n, dtype=np.bool_)
         mask[self.fixes] = True
         return mask
@@ -440,7 +443,7 @@ class _FixSpan:
         return cls(gnss, float(gnss.time[until[-1]]), float(gnss.time[inside[-1]]))
 
     def withhold(self, length: float, first: float, between: float) -> _WithheldFixes:
-        """Return what is withheld in outages of a length."""
+        """Return the fixes that are withheld in outages of a length."""
         time, begin = self.gnss.time, self.begin + first
         count = (
             math.floor((self.last + _TIME_TOLERANCE_S - begin - length) / (length + between)) + 1
@@ -449,7 +452,7 @@ class _FixSpan:
             raise ValueError(
                 f"there is no room for an outage of {length:g} s: the filter began at "
                 f"{self.begin:g} s, and {first:g} s later there are "
-                f"{max(self.last - begin, 0.0):.4g} s of fixes left"
+                f"{shorten(max(self.last - begin, 0.0), 4)} s of fixes left"
             )
         starts = begin + (length + between) * np.arange(count)
         edges = np.searchsorted(
@@ -555,7 +558,7 @@ def _held_velocity(gnss: Fixes, before: Integers, notes: list[str]) -> Floats:
         velocity[missing] = np.where(
             passed > 0.0, displacement / np.where(passed > 0.0, passed, 1.0), 0.0
         )
-        notes.append("velocity held: the receiver tells none, it is of the last two positions")
+        notes.append("velocity held: the receiver reports none, it is from the last two positions")
     return velocity
 
 
@@ -570,7 +573,7 @@ def _pose_getter(track: Track) -> _PoseGetter:
 def _antenna_errors(
     clock: Floats, poses: _PoseGetter, time: Floats, truth: Floats, lever: Floats
 ) -> Floats:
-    """Return how far north and east of the truth an antenna is at some times."""
+    """Return the errors of an antenna's position, north and east, at some times."""
     after = np.clip(np.searchsorted(clock, time), 1, len(clock) - 1)
     before = after - 1
     part = ((time - clock[before]) / (clock[after] - clock[before]))[:, np.newaxis]

@@ -26,7 +26,7 @@ def processed(
     time_offset: float | TimeOffset | None,
     keep: bool,
 ) -> Track:
-    """Do what ``NavigationFilter.process`` says; `keep` is whether the track can be smoothed.
+    """Do the work of ``NavigationFilter.process``; `keep` says if the track can be smoothed.
 
     What is `known` is where the vehicle rests, and how fast its wheels roll.
     """
@@ -53,8 +53,8 @@ def processed(
         notes.insert(
             0,
             make_sentence(
-                f"none of the fixes is used: they are from {fixes.time[0]:.6g} to "
-                f"{fixes.time[-1]:.6g} s and the samples from {time[0]:.6g} to {time[-1]:.6g} s, "
+                f"none of the fixes is used: they are from {fixes.time[0]:.1f} to "
+                f"{fixes.time[-1]:.1f} s and the samples from {time[0]:.1f} to {time[-1]:.1f} s, "
                 "as on another clock; ",
                 keyword_argument("time_offset"),
                 " moves them",

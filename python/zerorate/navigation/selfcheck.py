@@ -1,4 +1,4 @@
-"""What sensors and receiver say of each other: units, signs, axes, clocks, before any filter."""
+"""Checks of sensors and receiver against each other, before any filter: units, axes, clocks."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from zerorate.navigation.frozen_sensors import frozen_spans
 from zerorate.navigation.lag import Lag, find_lag, find_lag_jump, is_rate
 from zerorate.navigation.line_course import MIN_TURNED_RAD, find_line_course
 from zerorate.navigation.windows import Epochs, Means, RotationAngle, Windows
+from zerorate.numerals import shorten
 from zerorate.record import Recording
 from zerorate.record.fixes import Fixes
 from zerorate.record.samples import Samples
 from zerorate.types import Floats
 
 _MIN_LAG_S: Final = 1.0
-"""Seconds by which clocks are off that are told here; less is found by innovations."""
+"""Least clock error that is reported here, s; a smaller one is found by innovations."""
 _LEAP_SECONDS: Final = {
     18: "18 s between UTC and the time of GPS",
     37: "37 s between UTC and atomic time",
@@ -35,7 +36,7 @@ _SPEED_UNITS: Final = (
 _SPEED_SCALE_RANGE: Final = (0.85, 1.18)
 _GYRO_SCALE_RANGE: Final = (0.8, 1.25)
 _MIN_CORRELATION: Final = 0.5
-"""Correlation below which nothing is told."""
+"""Correlation below which nothing is reported."""
 _MIN_MOUNT_ANGLE_RAD: Final = math.radians(15.0)
 _BACKWARD_ANGLE_RAD: Final = math.radians(150.0)
 _MAX_MOUNT_SIGMA_RAD: Final = math.radians(10.0)
@@ -43,7 +44,7 @@ _MAX_MOUNT_SIGMA_RAD: Final = math.radians(10.0)
 
 @dataclass(frozen=True, eq=False)
 class NavigationFinding:
-    """What one step of a check has found.
+    """Finding of one step of a check.
 
     Parameters
     ----------
@@ -51,7 +52,7 @@ class NavigationFinding:
         ``"frozen"``, ``"velocity"``, ``"position"``, ``"clock"``, ``"jump"``, ``"gyro"``,
         ``"force"``, ``"axes"`` or ``"mount"``.
     status : {"mistake", "cannot tell"}
-        Whether something is wrong, or the motion does not show whether it is.
+        A mistake, or a question that the motion does not decide.
     text : str
         A sentence.
     value : float
@@ -75,18 +76,18 @@ class NavigationFinding:
 
 @dataclass(frozen=True, eq=False)
 class NavigationChecks:
-    """What sensors and receiver say of each other, as `check_navigation` returns it.
+    """Findings on sensors and receiver, as `check_navigation` returns them.
 
     Parameters
     ----------
     findings : tuple of NavigationFinding
-        What is wrong, and what cannot be told; nothing where all agrees.
+        Mistakes, and doubts that cannot be decided; nothing where all agrees.
     lag : float
         By how much the times of the fixes are to be moved, s, to tenths; NaN if that is not known.
     correlation : float
         Of the rate of the course with that of the gyro about down.
     axes : Axes or None
-        Which way the axes of the sensors look.
+        Axes of the sensors.
     source : str
         Name of the recording.
 
@@ -107,7 +108,7 @@ class NavigationChecks:
 
     @property
     def mistakes(self) -> tuple[NavigationFinding, ...]:
-        """What is wrong beyond doubt."""
+        """Mistakes beyond doubt."""
         return tuple(finding for finding in self.findings if finding.status == "mistake")
 
     def __str__(self) -> str:
@@ -116,14 +117,14 @@ class NavigationChecks:
         return "\n".join(lines) or "sensors and fixes agree"
 
     def __repr__(self) -> str:
-        """Say how many mistakes there are."""
+        """Return the number of mistakes, and the lag."""
         return f"NavigationChecks({len(self.mistakes)} mistakes, lag {self.lag:.2f} s)"
 
 
 def check_navigation(
     imu: Recording, gnss: Fixes, *, time_offset: float = 0.0, mounted: bool = True
 ) -> NavigationChecks:
-    """Check what sensors and receiver say of each other before a filter believes them.
+    """Check sensors and receiver against each other before a filter uses them.
 
     Parameters
     ----------
@@ -134,12 +135,12 @@ def check_navigation(
     time_offset : float
         Added to the times of the fixes, s.
     mounted : bool
-        Whether the axes are meant to be forward, right, down; else only their handedness counts.
+        True if the axes are meant to be forward, right, down; else only their handedness counts.
 
     Returns
     -------
     NavigationChecks
-        One finding a mistake: what is found is put right before the next step looks.
+        One finding per mistake: each is corrected before the next step.
 
     Raises
     ------
@@ -150,7 +151,7 @@ def check_navigation(
     -----
     Positions are compared with velocities, the rate of the course with the gyro about down, and
     the mean force with accelerations along and across the course. A vehicle that hardly turns or
-    speeds up shows nothing of that: then it says so.
+    speeds up shows none of this: then a finding says so.
 
     Examples
     --------
@@ -185,7 +186,7 @@ def check_navigation(
 
 @dataclass(eq=False)
 class _CheckState:
-    """Sensors and fixes, of which each step puts right what it names."""
+    """Sensors and fixes; each step corrects the mistake that it finds."""
 
     samples: Samples
     fixes: Fixes
@@ -206,7 +207,7 @@ class _CheckState:
         self.down = -mean / max(float(np.linalg.norm(mean)), 1e-9)
 
     def find_course(self) -> tuple[Windows, RotationAngle, Lag | None, float]:
-        """Return how course and gyro turn, their lag, and how far the course turns in all, rad."""
+        """Return the rotations of course and gyro, their lag, and the course's total, rad."""
         if not Epochs.of(self.fixes).is_reported:
             course = find_line_course(self.means, self.fixes, self.down)
             if course is not None:
@@ -251,7 +252,7 @@ def _check_frozen(work: _CheckState) -> _Findings:
             first, last = spans[0]
             yield _mistake(
                 "frozen",
-                f"{named} tells nothing new for {total:.1f} s while the vehicle moves, first from "
+                f"{named} repeats its values for {total:.1f} s while the vehicle moves, first from "
                 f"{first:.1f} to {last:.1f} s",
                 first,
             )
@@ -284,7 +285,10 @@ def _check_velocities(work: _CheckState) -> _Findings:
 def _check_scale(work: _CheckState, k: float) -> _Findings:
     for low, high, factor, unit in _SPEED_UNITS:
         if low < k < high:
-            text = f"the velocities of the fixes are in {unit}: positions move {k:.3g} times as far"
+            text = (
+                f"the velocities of the fixes are in {unit}: "
+                f"positions move {shorten(k, 3)} times as far"
+            )
             yield _mistake("velocity", text, factor)
             _transform_velocity(work, factor * np.eye(3))
             return
@@ -296,7 +300,7 @@ def _check_scale(work: _CheckState, k: float) -> _Findings:
         return
     # With latitude for longitude the way to the east has another scale.
     if not work.is_swapped and not _SPEED_SCALE_RANGE[0] < k < _SPEED_SCALE_RANGE[1]:
-        text = f"positions of the fixes move {k:.3g} times as far as their velocities say"
+        text = f"positions of the fixes move {shorten(k, 3)} times as far as their velocities say"
         yield _mistake("velocity", text, k)
 
 
@@ -345,7 +349,7 @@ def _check_clock(work: _CheckState) -> _Findings:
     windows, rotation, lag, turned = work.find_course()
     work.lag = lag
     if len(windows.start) == 0:
-        yield _doubt("clock", "there are too few fixes to tell their clock")
+        yield _doubt("clock", "there are too few fixes to find their clock")
         return
     certain = lag is not None and lag.certain
     about = lag.seconds if lag is not None and certain else 0.0
@@ -362,9 +366,9 @@ def _check_clock(work: _CheckState) -> _Findings:
         reason = (
             "the course hardly turns while both are there"
             if turned < MIN_TURNED_RAD
-            else "course and gyro do not turn alike, as if they were not of one vehicle"
+            else "course and gyro do not turn the same way, as if they were not of one vehicle"
         )
-        yield _doubt("clock", f"whether sensors and fixes are on one clock is not told: {reason}")
+        yield _doubt("clock", f"the fixes' clock cannot be compared with the sensors': {reason}")
     elif abs(lag.seconds) > _MIN_LAG_S:
         leap = next((s for s in _LEAP_SECONDS if abs(abs(lag.seconds) - s) < _LEAP_TOLERANCE_S), 0)
         named = f": leap seconds, {_LEAP_SECONDS[leap]}" if leap else ""
@@ -388,11 +392,13 @@ def _check_gyro(work: _CheckState) -> _Findings:
     elif 30.0 < 1.0 / size < 110.0:
         yield _mistake("gyro", "the gyro is in deg/s, not in rad/s", 1.0 / _DEG_PER_RAD)
     elif not _GYRO_SCALE_RANGE[0] < size < _GYRO_SCALE_RANGE[1] and abs(lag.correlation) > 0.9:
-        yield _mistake("gyro", f"the vehicle turns {size:.3g} times as fast as its gyro says", size)
+        yield _mistake(
+            "gyro", f"the vehicle turns {shorten(size, 3)} times as fast as its gyro says", size
+        )
 
 
 def _check_swap(work: _CheckState) -> _Findings:
-    """Which is exchanged, the velocities or the positions: the right one turns as the gyro does."""
+    """Yield the sensor that is exchanged, velocity or position: the other one turns as the gyro."""
     if not work.is_swapped:
         return
     lag = work.lag
@@ -409,7 +415,7 @@ def _check_swap(work: _CheckState) -> _Findings:
 
 
 def _check_handedness(work: _CheckState) -> _Findings:
-    """Whether axes are right-handed, and the signs of gyro and force."""
+    """Yield faults of handedness, and of the signs of gyro and force."""
     lag = work.lag
     if lag is None or not lag.certain:
         return
@@ -417,7 +423,7 @@ def _check_handedness(work: _CheckState) -> _Findings:
     handedness = "" if axes is None else axes.handedness
     if not handedness:
         yield _doubt(
-            "axes", "whether signs and axes are right is not told: it hardly speeds up or turns"
+            "axes", "signs and axes cannot be checked: the vehicle hardly speeds up or turns"
         )
     elif lag.slope < 0.0 and handedness == "right":
         yield _mistake("gyro", "the gyro has the other sign", -1.0)

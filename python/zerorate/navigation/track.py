@@ -1,4 +1,4 @@
-"""The track of a vehicle: where it was, how sure that is, and the best estimate of it."""
+"""The track of a vehicle: positions, standard deviations, and the best estimate of it."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ VERDICTS: Final = ("used", "rejected", "refused", "not reached")
 """Words for `Track.verdict`, in the order of its numbers."""
 
 _ANTENNA_SIGMAS: Final = 3.0
-"""Deviations beyond which an antenna is not where it is told to be."""
+"""Standard deviations beyond which an antenna is not at its stated position."""
 _WHEEL_UNIT_FACTORS: Final = np.array([100.0, 180.0 / np.pi, 180.0 / np.pi])
 """Of scale, yaw and pitch: percent and degrees."""
 
@@ -63,7 +63,7 @@ class Inputs:
 
 
 class SmoothableTrack:
-    """What every track has: places over time, and the steps that a smoother goes back over."""
+    """Track with the steps that a smoother needs to go back over it."""
 
     time: Floats
     position: Floats
@@ -81,7 +81,7 @@ class SmoothableTrack:
 
     @property
     def navigating(self) -> Booleans:
-        """Where the position is known, shape (n,)."""
+        """Mask of known positions, shape (n,)."""
         known: Booleans = np.isfinite(self.position[:, 0])
         return known
 
@@ -100,7 +100,7 @@ class SmoothableTrack:
         }
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return all of it; of the steps what the smoother makes of them, which is a tenth."""
+        """Return the state; for the steps the smoother's result, a tenth of their size."""
         steps = self._steps
         smoothed = steps.smoothed() if isinstance(steps, NavigationRecord) else steps
         return {**vars(self), "_steps": smoothed}
@@ -126,25 +126,25 @@ class Track(SmoothableTrack, Result):
         Standard deviations of position, velocity, orientation about north, east and down, and of
         the biases; m, m/s, rad, rad/s, m/s^2.
     status : ndarray of uint8, shape (n,)
-        What the filter was doing: an index of `zerorate.navigation.STATUSES`.
+        Status of the filter: an index of `zerorate.navigation.STATUSES`.
     fixes : ndarray, shape (m, 13)
-        What was given of the receiver: time, position, velocity and their deviations.
+        Fixes of the receiver: time, position, velocity and their standard deviations.
     verdict : ndarray of uint8, shape (m,)
-        What became of each of them: an index of `zerorate.navigation.VERDICTS`.
+        Verdict on each fix: an index of `zerorate.navigation.VERDICTS`.
     taken : ndarray, shape (m,)
-        Time of the sample after which each was taken, s; NaN where it came after the last one.
+        Time of the sample after which each was processed, s; NaN if it came after the last one.
     fix_count : dict of str to int
-        How many fixes were "used", "rejected" and "refused".
+        Numbers of "used", "rejected" and "refused" fixes.
     rejected_count : dict of str to int
-        How many "positions" and "velocities" the gate rejected, counted apart.
+        Numbers of "positions" and "velocities" that the gate rejected.
     smoothed : bool
-        Whether each sample was seen in the light of all fixes.
+        True if each sample was smoothed with all fixes.
     epoch : float, optional
         Unix time at which `time` is zero.
     source : str
         Name of the recording.
     notes : tuple of str
-        Sentences on what was left out or assumed.
+        Sentences on omissions and assumptions.
 
     Examples
     --------
@@ -177,7 +177,7 @@ class Track(SmoothableTrack, Result):
     _steps: NavigationRecord | Steps | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
-        """Return size, fixes and whether it is smoothed."""
+        """Return the size, the number of fixes, and a word if it is smoothed."""
         span = float(np.ptp(self.time)) if self.n else 0.0
         best = ", smoothed" if self.smoothed else ""
         counts = ", ".join(f"{count} {name}" for name, count in self.fix_count.items())
@@ -247,7 +247,7 @@ class Track(SmoothableTrack, Result):
         """Return the normalised innovations squared of each fix, shape (m, 2).
 
         Of position and velocity, 3 on average in a filter that is consistent; also of those that
-        the gate rejected. NaN where a fix was refused, tells no velocity, or began the track.
+        the gate rejected. NaN where a fix was refused, has no velocity, or began the track.
 
         Raises
         ------
@@ -372,14 +372,14 @@ def _describe_moves(before: NavigationFilter, nav: NavigationFilter) -> Iterator
 
 
 def _describe_constants(before: NavigationFilter, nav: NavigationFilter) -> Iterator[str]:
-    """Say where the antenna is and what the wheels are like, where that was estimated."""
+    """Describe the estimated antenna position and wheel scale."""
     if (before.antenna_sigma != nav.antenna_sigma).any():
         fitted = ", ".join(map(format_with_error, nav.antenna, nav.antenna_sigma))
         stated = ", ".join(f"{x:g}" for x in before.antenna)
         displaced = np.abs(nav.antenna - before.antenna) > _ANTENNA_SIGMAS * before.antenna_sigma
         if displaced.any():
             yield (
-                f"the antenna is not where it is told to be: {fitted} m forward, right and down of "
+                f"the antenna is not at its stated position: {fitted} m forward, right and down of "
                 f"the sensors fit best, not {stated}"
             )
         else:
@@ -391,13 +391,13 @@ def _describe_constants(before: NavigationFilter, nav: NavigationFilter) -> Iter
             nav.wheel_constants_sigma * _WHEEL_UNIT_FACTORS,
         )
         yield (
-            f"the wheels roll {scale} % faster than they tell, along an axis {yaw} deg right of "
+            f"the wheels roll {scale} % faster than measured, along an axis {yaw} deg right of "
             f"and {pitch} deg above forward"
         )
 
 
 def explain_no_start(track: Track) -> str:
-    """Return why a filter did not begin to navigate."""
+    """Return the reason why a filter did not begin to navigate."""
     fixes, time = track.fixes[:, 0], track.time
     if not len(fixes) or not len(time):
         return "there are no fixes" if len(time) else "there are no samples"
@@ -420,7 +420,7 @@ def explain_no_start(track: Track) -> str:
 def smooth_steps(
     steps: NavigationRecord | Steps | None, smoothed: bool, deviations: bool = True
 ) -> Steps:
-    """Return what the smoother says of the steps of a track; ValueError if there are none."""
+    """Return the smoother's result on the steps of a track; ValueError if there are none."""
     if smoothed:
         raise ValueError("this track is smoothed")
     if steps is None:
@@ -443,7 +443,7 @@ def _bracket_steps(
     at = steps["sample"].astype(np.intp)
     last = np.clip(np.searchsorted(at, samples, side="right") - 1, 0, len(at) - 1)
     following = np.minimum(last + 1, len(at) - 1)
-    # A piece that begins anew says nothing of the one before it.
+    # A piece that begins again has no information on the one before it.
     joined = (following > last) & ~steps["begins"][following].astype(bool)
     begin, end = time[at[last]], time[at[following]]
     part = np.where(joined, (time[samples] - begin) / np.where(joined, end - begin, 1.0), 0.0)

@@ -24,7 +24,7 @@ from zerorate.types import Floats
 
 
 class TrackLike(Protocol):
-    """What has times, s, shape (n,), and positions, deg, deg and m, shape (n, 3)."""
+    """Object with times, s, shape (n,), and positions, deg, deg and m, shape (n, 3)."""
 
     @property
     def time(self) -> Floats:
@@ -71,7 +71,7 @@ def write_geojson(
     name : str, optional
         Of the track; default ``track.source``, else "track".
     force : bool
-        Whether an existing file may be replaced; default no.
+        Allow replacing an existing file; default no.
 
     Raises
     ------
@@ -150,7 +150,7 @@ def write_gpx(
 
 @dataclass(frozen=True)
 class _TrackRows:
-    """Time, latitude, longitude and height, shape (n, 4), and what is told of them."""
+    """Time, latitude, longitude and height, shape (n, 4), and their description."""
 
     rows: Floats
     epoch: float | None

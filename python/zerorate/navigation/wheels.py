@@ -1,4 +1,4 @@
-"""What wheels tell, at times of their own: speeds, or counts of ticks that speeds are made of."""
+"""Wheels as sensors with times of their own: speeds, or counts of ticks."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _JUMP_FACTOR: Final = 10.0
 """Times a speed that is hardly exceeded, beyond which a counter has jumped."""
 _MIN_SPEED_M_S: Final = 3.0
 _MIN_COUNTS: Final = 20
-"""Speed of the receiver, m/s, and counts at such speeds, that tell how long a tick is."""
+"""Least speed of the receiver, m/s, and counts at such speeds, for the length of a tick."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -35,13 +35,13 @@ class Wheels:
     Parameters
     ----------
     time : array_like, shape (w,)
-        The middle of the time over which each is a mean, s, in order.
+        Middle of the interval of each mean, s, in order.
     speed : array_like, shape (w,)
         Forward, m/s; NaN for none.
     sigma : float or array_like, shape (w,), optional
         Standard deviation, m/s; by default that of the filter, ``speed_sigma``.
     tick : float, optional
-        Metres a tick, where they were made of ticks.
+        Metres a tick, if they were computed from ticks.
 
     Raises
     ------
@@ -62,7 +62,7 @@ class Wheels:
     tick: float | None = None
 
     def __post_init__(self) -> None:
-        """Check what is given."""
+        """Check the arguments."""
         time, speed = floats(self.time, "time"), floats(self.speed, "speed")
         sigma = np.nan if self.sigma is None else self.sigma
         spread = np.broadcast_to(floats(sigma, "sigma"), np.shape(speed)).copy()
@@ -77,7 +77,7 @@ class Wheels:
             object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:
-        """Return how many there are."""
+        """Return the number of speeds, and the size of a tick."""
         ticks = "" if self.tick is None else f", of ticks of {self.tick:.4g} m"
         return f"Wheels({np.isfinite(self.speed).sum()} speeds{ticks})"
 
@@ -98,26 +98,26 @@ class Wheels:
         time : array_like, shape (n,)
             Of the counts, s, in order, on the clock of the sensors.
         count : array_like, shape (n,)
-            Ticks so far; NaN where it is not told.
+            Ticks to date; NaN where none is reported.
         tick : float, optional
             Metres a tick. The filter mends it by some percent.
         fixes : Fixes, optional
-            Of the receiver, whose speed tells the metres a tick if `tick` is not given.
+            Fixes of the receiver, whose speed gives the metres a tick if `tick` is not given.
         sigma : float
-            Standard deviation of a speed besides its rounding, m/s.
+            Standard deviation of a speed without its rounding, m/s.
 
         Returns
         -------
         Wheels
             With the deviations that the rounding makes: the root of ``sigma**2 + (tick * rate)**2
-            / 6``. A counter that jumps, or that is silent for half a second, tells no speed.
+            / 6``. A counter that jumps, or that is silent for half a second, gives no speed.
 
         Raises
         ------
         ValueError
             If an argument is not as described, or neither `tick` nor `fixes` are given.
         LogError
-            If the receiver does not tell the metres a tick.
+            If the receiver does not determine the metres a tick.
 
         Examples
         --------
@@ -136,7 +136,7 @@ class Wheels:
         present = np.isfinite(ticks)
         middle, rate, dt = _tick_rates(t[present], ticks[present])
         if tick is None and fixes is None:
-            raise ArgumentError("tick", "must be given, or fixes, whose speed tells it")
+            raise ArgumentError("tick", "must be given, or fixes, whose speed determines it")
         length = (
             check_positive("tick", tick) if tick is not None else _learn_tick(middle, rate, fixes)
         )
@@ -180,7 +180,7 @@ def _learn_tick(middle: Floats, rate: Floats, fixes: Fixes | None) -> float:
     if len(tick_lengths) < _MIN_COUNTS or not math.isfinite(float(np.median(tick_lengths))):
         raise LogError(
             make_sentence(
-                f"{fixes.source}: the receiver does not tell how long a tick of the wheels is: it "
+                f"{fixes.source}: the receiver does not give the length of a wheel's tick: it "
                 f"is faster than {_MIN_SPEED_M_S:g} m/s at {len(tick_lengths)} counts only; ",
                 keyword_argument("tick"),
                 " says it, in m",

@@ -19,7 +19,7 @@ _WIDTH_S: Final = 1.0
 _GAP_WIDTHS: Final = 2.5
 """Widths, or intervals, from which on two fixes leave a gap."""
 _MAX_TURN_SIGMA_RAD: Final = 0.35
-"""Deviation of a change of course, rad, from which on the course is not known."""
+"""Standard deviation of a change of course, rad, from which on the course is not known."""
 
 
 def sigma_of_position(fixes: Fixes) -> Floats:
@@ -53,7 +53,7 @@ class Epochs:
     sigma : ndarray, shape (m,)
         Of the horizontal ones, m/s.
     is_reported : bool
-        Whether the receiver tells them; else they are differences of positions.
+        True if the receiver reports them; else they are differences of positions.
     """
 
     time: Floats
@@ -63,7 +63,7 @@ class Epochs:
 
     @classmethod
     def of(cls, fixes: Fixes) -> Epochs:
-        """Return the velocities told, or differences of positions where there are too few."""
+        """Return the reported velocities, or differences of positions where they are too few."""
         if fixes.velocity is not None:
             there = np.isfinite(fixes.velocity[:, :2]).all(axis=1)
             if there.sum() > max(2.0, 0.2 * len(fixes)):
@@ -103,14 +103,15 @@ class Epochs:
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """How a receiver moves over m windows that overlap by half.
+    """Motion of a receiver over m windows that overlap by half.
 
     Parameters
     ----------
     start, stop : ndarray, shape (m,)
         s.
     course_rate, course_sigma : ndarray, shape (m,)
-        How fast the course turns, rad/s to the right, and its deviation; NaN where it is not known.
+        Rate of the course, rad/s to the right, and its standard deviation; NaN where it is not
+        known.
     along, across : ndarray, shape (m,)
         Acceleration along the course and to the right of it, m/s^2.
     climb : ndarray, shape (m,)
@@ -167,7 +168,7 @@ class Windows:
 
     @property
     def course_known(self) -> Booleans:
-        """Where the course is known."""
+        """Mask of windows with a known course."""
         mask: Booleans = np.isfinite(self.course_rate)
         return mask
 

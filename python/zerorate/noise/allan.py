@@ -51,15 +51,15 @@ def allan(
         totdev, mtotdev, ttotdev, htotdev, theo1 (more certain at long averaging times), pdev.
     taus : {"octave", "decade", "all"} or sequence of float
         Averaging times: doubling, ten to a decade, every one, or seconds. Seconds are rounded to
-        whole samples, which `notes` then says.
+        whole samples; `notes` then has a sentence on it.
     unit : str, optional
         Unit of `z`, of an angular rate or an acceleration: "deg/s", "rad/s", "g", ... Without it
         the numbers are in the unit of the samples, and cannot be converted or exported.
     names : sequence of str, optional
         One name an axis.
     bridge : int, default 0
-        Gaps of at most so many samples are filled in a straight line. Every other gap costs the
-        terms that would reach across it.
+        Gaps of at most so many samples are filled with a straight line. All terms that reach across
+        another gap are lost.
     exponent : int, optional
         Noise type that the bounds assume, -4 to 2; by default it is found at each tau.
     confidence : float, default 0.683
@@ -81,7 +81,7 @@ def allan(
     -----
     IEEE Std 952-1997, annex C; W. J. Riley, D. A. Howe, NIST Special Publication 1065 (2008),
     section 5, which also has the noise types (lag-1 autocorrelation, B1 and R(n)) and the degrees
-    of freedom of the reflected kinds. The mean is taken off first, so a large offset costs no
+    of freedom of the reflected kinds. The mean is subtracted first, so a large offset costs no
     precision. Work is O(n) for each tau, and O(n tau) for theo1, mtotdev, ttotdev and htotdev.
 
     Examples
@@ -149,7 +149,7 @@ def _check_record(z: npt.ArrayLike | Log) -> npt.NDArray[np.generic]:
 
 
 def _count_missing(record: npt.NDArray[np.generic]) -> Integers:
-    """Return how many samples each axis lacks, shape (k,), if none lacks all of them."""
+    """Return the number of samples that each axis lacks, shape (k,), if none lacks all of them."""
     present = np.isfinite(record).reshape(len(record), -1)
     if present.all():
         return np.zeros(present.shape[1], dtype=np.int64)

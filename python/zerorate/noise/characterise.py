@@ -44,7 +44,7 @@ class Axis:
     model : FittedModel or None
         Of the deviation curve; None where nothing can be fitted.
     second : FittedModel or None
-        Of the spectrum; None where that was not asked for or cannot be.
+        Estimate from the spectrum; None if it was not requested or is not possible.
     doubts : tuple of str
         Why there is no model, or what to beware of.
     """
@@ -86,12 +86,12 @@ class Characterisation:
 
     @property
     def moved(self) -> tuple[bool, ...]:
-        """Whether each axis looks as if the sensor moved: all do where most do."""
+        """Mask of axes with signs of motion: all axes where most have them."""
         return tuple(doubt.moved for doubt in self.curve.doubts)
 
     @property
     def notes(self) -> Iterator[str]:
-        """What to beware of, a sentence each."""
+        """Warnings, a sentence each."""
         yield from (doubt_entry.why for doubt_entry in self.curve.doubts if doubt_entry.why)
         yield from self.curve.notes
         yield from dict.fromkeys(doubt for axis in self.axes for doubt in axis.doubts)
@@ -139,7 +139,7 @@ def characterise_log(
     markov : int
         How many Markov terms to find; default none.
     second_opinion : bool
-        Whether to estimate from the spectrum as well; default yes.
+        Also estimate from the spectrum; default yes.
     progress : callable, optional
         Called with the step's name and the fraction of it that is done.
         By default a bar in a notebook.
@@ -174,13 +174,13 @@ def characterise_log(
     return Characterisation(log, curve, tuple(axes))
 
 
-def models_json(sensors: Sequence[Characterisation], *, force: bool = True) -> str:
+def models_json(sensors: Sequence[Characterisation], *, doubtful: bool = True) -> str:
     """Return the models of all axes of a log as JSON, null for an axis without one.
 
-    Without `force` one that has a doubt is an error, as in other exports: ValueError.
+    Without `doubtful` a model with a doubt is an error, as in other exports: ValueError.
     """
     models = [axis.model for sensor in sensors for axis in sensor.axes if axis.model is not None]
-    if not force:
+    if not doubtful:
         check_doubts(models)
     texts = {
         axis.name: None if axis.model is None else json.loads(axis.model.to_json())

@@ -1,4 +1,4 @@
-"""White noise of samples that come in steps wider than it, by how often each level occurs."""
+"""White noise of samples in steps wider than it, by the counts of each level."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _ONE_SIDED_95: Final = 1.6448536269514722
 
 @dataclass(frozen=True)
 class Coarse:
-    """What samples tell whose steps are wider than their noise.
+    """Noise of samples whose steps are wider than their noise.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class Coarse:
         Of the samples, in their unit.
     deviation : Coefficient or None
         Of the white noise of a sample, in their unit; None where the noise is not white, so that
-        nothing is told.
+        nothing is reported.
     """
 
     step: float
@@ -55,7 +55,7 @@ class Coarse:
 
 
 def find_coarse(record: Floats, rate: float) -> Coarse | None:
-    """Return what a record of one axis tells if its steps are wider than its noise, else None."""
+    """Return the noise of a record of one axis if its steps are wider than its noise, else None."""
     present = record[np.isfinite(record)]
     step = find_step(present)
     if step == 0.0 or _local_deviation(present, rate) > _FINE_DEVIATION * step:
@@ -67,7 +67,7 @@ def find_coarse(record: Floats, rate: float) -> Coarse | None:
 
 
 def coarse_model(coarse: Coarse, rate: float, unit: str) -> FittedModel | None:
-    """Return the model of white noise below the step, None where nothing is told of it."""
+    """Return the model of white noise below the step, None where it is not identifiable."""
     if coarse.deviation is None:
         return None
     factor, quantity = si_unit(unit)
@@ -76,13 +76,13 @@ def coarse_model(coarse: Coarse, rate: float, unit: str) -> FittedModel | None:
 
 
 def describe_coarse(coarse: Coarse, rate: float, unit: str) -> str:
-    """Return the sentence on steps that are wider than the noise, and what to do."""
+    """Return the sentence on steps that are wider than the noise, with advice."""
     named = "" if unit == UNKNOWN else f" {unit}"
     steps = f"samples come in steps of {coarse.step:.3g}{named}, wider than the noise: "
     advice = "; log more decimals, or a smaller range"
     model = coarse_model(coarse, rate, unit)
     if model is None:
-        return f"{steps}as it is not white, nothing is known of it{advice}"
+        return f"{steps}as it is not white, it is not identifiable{advice}"
     white, unit_of_white = coefficient_of(model, "angle_random_walk"), ""
     if model.quantity != "unknown":
         unit_of_white = " deg/sqrt(h)" if model.quantity == "angular rate" else " m/s/sqrt(h)"
@@ -93,7 +93,7 @@ def describe_coarse(coarse: Coarse, rate: float, unit: str) -> str:
 
 
 def describe_rounding(record: Floats, rate: float) -> str:
-    """Return how much rounding adds to N where it is over 2 %, empty where it is not."""
+    """Return a note on the share of rounding in N where it is over 2 %, empty where it is not."""
     present = record[np.isfinite(record)]
     step = find_step(present)
     if step == 0.0:
@@ -117,7 +117,7 @@ def find_step(present: Floats) -> float:
 
 
 def _local_deviation(present: Floats, rate: float) -> float:
-    """Return the deviation within short windows, a line taken off."""
+    """Return the standard deviation within short windows, about a line."""
     width = min(max(round(_LOCAL_S * rate), _MIN_LOCAL_SAMPLES), present.size)
     if width < 3:
         return math.inf
@@ -136,7 +136,7 @@ def _looks_white(levels: Floats) -> bool:
     square = float(np.sum(windows**2))
     if square == 0.0:
         return True
-    # The mean of each window is taken off, which alone correlates its samples by so much.
+    # The mean of each window is subtracted, which alone correlates its samples by so much.
     limit = 0.02 + 4.0 / math.sqrt(levels.size) + 1.0 / width
     lags = range(1, min(_LAGS, width - 1) + 1)
     return all(
@@ -161,7 +161,7 @@ def _deviation_of_counts(levels: Floats, rate: float) -> Coefficient:
 
 
 def _count_levels(levels: Floats, width: int) -> Floats:
-    """Return how often each level near the commonest occurs, shape (windows, 2 reach + 1)."""
+    """Return the counts of levels near the commonest, shape (windows, 2 reach + 1)."""
     counts = []
     for first in range(0, levels.size, width):
         window = levels[first : first + width]

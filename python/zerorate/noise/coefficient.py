@@ -10,7 +10,7 @@ _ONE_SIDED_95: Final = 1.6448536269514722
 
 
 class Coefficient(float):
-    """A coefficient of a noise model: a float that knows how well it is known.
+    """A coefficient of a noise model: a float with its standard error.
 
     Arithmetic on it gives plain floats; it equals, and hashes as, its value.
 
@@ -22,12 +22,12 @@ class Coefficient(float):
         Standard error in the same unit. 0 (the default) for a number that was given, not
         estimated.
     identifiable : bool
-        Whether the record it was estimated from determines it; True (the default) for a given
+        True if the record of the estimate determines it; True (the default) for a given
         number.
     upper_bound : float, optional
         One-sided 95 % bound. Default: ``value + 1.645 * sigma``, which is the value itself where
         that was given. Needed where the coefficient is not identifiable; infinity there says that
-        nothing is known of it.
+        it is unknown.
 
     Raises
     ------
@@ -90,12 +90,12 @@ class Coefficient(float):
 
     @property
     def identifiable(self) -> bool:
-        """Whether the record determines the coefficient; True for a given number."""
+        """True if the record determines the coefficient, or the number was given."""
         return self._identifiable
 
     @property
     def known(self) -> bool:
-        """Whether there is a value or at least a bound; False for one that nobody stated."""
+        """True if there is a value or at least a bound."""
         return math.isfinite(self._upper_bound)
 
     @property
@@ -137,7 +137,7 @@ class Coefficient(float):
         return type(self), (self.value, self._sigma, self._identifiable, self._upper_bound)
 
     def __repr__(self) -> str:
-        """Show how well it is known."""
+        """Return the value with its standard error, or the bound."""
         if not self.known:
             return "Coefficient(unknown)"
         if not self._identifiable:
@@ -169,16 +169,16 @@ UNKNOWN_COEFFICIENT: Final = Coefficient(0.0, identifiable=False, upper_bound=ma
 class CoefficientField:
     """A descriptor that makes a dataclass field take a number and hold a `Coefficient`.
 
-    None is taken for one that is unknown, unless the field is required.
+    None is an unknown coefficient, unless the field is required.
 
     Parameters
     ----------
     signed : bool
-        Whether negative numbers mean something; default no.
+        Allow negative numbers; default no.
     positive : bool
-        Whether zero is refused too; default no.
+        Refuse zero, too; default no.
     required : bool
-        Whether the field has no default; else that is an unknown coefficient.
+        The field has no default; else that is an unknown coefficient.
     """
 
     def __init__(
@@ -200,7 +200,7 @@ class CoefficientField:
         """Return the coefficient; on the class, the default, which is unknown."""
         if instance is None:
             if self._required:
-                # A dataclass takes this for a field without a default.
+                # A dataclass treats this as a field without a default.
                 raise AttributeError(self._name)
             return UNKNOWN_COEFFICIENT
         value: Coefficient = instance.__dict__[self._name]

@@ -91,7 +91,7 @@ def variances(kind: Kind, m: Integers, process: Process) -> Floats:
 
 
 def degrees_of_freedom(kind: Kind, m: Integers, terms: Integers, process: Process) -> Floats:
-    """Return how many degrees of freedom estimates have where one process rules, shape (t,).
+    """Return the degrees of freedom of estimates where one process dominates, shape (t,).
 
     Those of a chi-squared variable with the same ratio of mean and deviation.
     """
@@ -106,7 +106,7 @@ def degrees_of_freedom(kind: Kind, m: Integers, terms: Integers, process: Proces
 
 
 def _stride(kind: Kind, m: Integers) -> Floats:
-    """Return how far the terms of an estimate lie apart."""
+    """Return the distance between the terms of an estimate."""
     return np.ones(m.size) if kind.overlapping else m.astype(np.float64)
 
 
@@ -136,7 +136,7 @@ def _lag_grid(reach: int, a: Floats, b: Floats, step: Floats) -> tuple[Floats, F
 
 
 def _count_overlap(first: Floats, second: Floats, lags: Floats) -> Floats:
-    """Return how many places t there are with t in the first span and t + k in the second."""
+    """Return the number of positions t with t in the first span and t + k in the second."""
     pairs: Floats = np.minimum(first, second - lags) - np.maximum(0.0, -lags)
     return np.maximum(pairs, 0.0)
 

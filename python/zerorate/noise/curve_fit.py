@@ -140,7 +140,7 @@ class _Design:
         self.components = components
 
     def problem(self) -> Problem:
-        """Return what there is to solve."""
+        """Return the least-squares problem to solve."""
         return Problem(self.basis, self.curve.variance, self.curve.edf, self.covariance)
 
     def covariance(self, strengths: Floats) -> Floats:
@@ -163,7 +163,7 @@ def _curve_statistics(
     periods: tuple[float, ...],
     white: Process,
 ) -> CurveStatistics:
-    """Return what the axes of a record share."""
+    """Return the statistics that the axes of a record share."""
     coloured = {**COLOURED, "angle_random_walk": white}
     processes = [coloured[noise] for noise in noises]
     processes += [markov_process(period) for period in periods]

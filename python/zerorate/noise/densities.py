@@ -1,4 +1,4 @@
-"""Noise of a sensor as the navigation filter asks a model for it."""
+"""Noise of a sensor as the navigation filter needs it from a model."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ class DynamicAllan(Result):
     Attributes
     ----------
     kind : str
-        Which deviation.
+        Kind of deviation.
     times : ndarray, shape (w,)
         Middle of each window, s from the start of the record.
     taus : ndarray, shape (t,)

@@ -46,13 +46,15 @@ class _Setting(NamedTuple):
 
     @property
     def remark(self) -> str:
-        """The unit, and whether the number is a bound only."""
+        """The unit, and a word if the number is a bound only."""
         return f"{self.unit}{self.doubt}"
 
     @property
     def doubt(self) -> str:
-        """Whether the number is a bound only."""
-        return "" if self.identifiable else "; upper bound, the record does not determine it"
+        """Note on a number that is a bound only."""
+        return (
+            "" if self.identifiable else "; upper bound at 95 %, the record does not determine it"
+        )
 
 
 def _yaml_line(setting: _Setting) -> Iterator[str]:
@@ -80,7 +82,8 @@ class _Estimator:
         gyro: "NoiseModel",
         accelerometer: "NoiseModel | None",
         inflate: float,
-        force: bool,
+        bounds: bool,
+        doubtful: bool,
         rate: float | None = None,
     ) -> list[str]:
         """Return the lines of all numbers: densities, or deviations per step at a rate in Hz."""
@@ -91,7 +94,7 @@ class _Estimator:
             _check_quantity(gyro, "angular rate"),
             _check_quantity(accelerometer, "acceleration"),
         )
-        if not force:
+        if not doubtful:
             check_doubts(model for model in models if model is not None)
         wanted = [
             (name, model, field)
@@ -99,12 +102,12 @@ class _Estimator:
             if model is not None
             for name, field in zip(names, _FIELDS, strict=False)
         ]
-        if not force:
+        if not doubtful:
             _check_determined([getattr(model, field) for _, model, field in wanted])
         lines = (
             line
             for name, model, field in wanted
-            for line in self._lines(name, model, field, factor, rate, force)
+            for line in self._lines(name, model, field, factor, rate, bounds)
         )
         return [*_warning_lines(models), *lines]
 
@@ -115,20 +118,20 @@ class _Estimator:
         field: str,
         factor: float,
         rate: float | None,
-        force: bool,
+        bounds: bool,
     ) -> Iterator[str]:
         """Yield the lines of one number, or one that says why there is none."""
         coefficient = getattr(model, field)
         if not coefficient.known:
             return iter([f"# {name}: unknown, so not written; {_UNKNOWN_REASONS[field]}"])
-        if not (coefficient.identifiable or force):
+        if not (coefficient.identifiable or bounds):
             why = "the record does not determine it, so not written"
-            return iter([f"# {name}: {why}; {_RECORDING_ADVICE[field]}, or force its upper bound"])
+            return iter([f"# {name}: {why}; {_RECORDING_ADVICE[field]}"])
         return self.lines(_make_setting(name, model, field, factor, rate))
 
 
 def list_undetermined(model: "NoiseModel", walk: bool = True) -> tuple[str, ...]:
-    """Return which coefficients of estimators a record does not determine, and what to record."""
+    """Return the undetermined coefficients of estimators, and advice for the next record."""
     return tuple(
         f"{term_of(model.quantity, field).name}: {_RECORDING_ADVICE[field]}"
         for field in (_FIELDS if walk else _FIELDS[:1])
@@ -137,7 +140,7 @@ def list_undetermined(model: "NoiseModel", walk: bool = True) -> tuple[str, ...]
 
 
 def check_doubts(models: Iterable["NoiseModel"]) -> None:
-    """Refuse models of which one has a doubt: ValueError says what to record instead.
+    """Refuse models of which one is doubtful: ValueError with advice for another record.
 
     What moved one sensor of an IMU moved the others.
     """
@@ -146,7 +149,9 @@ def check_doubts(models: Iterable["NoiseModel"]) -> None:
         writes = " writes the numbers with this warning"
         raise ValueError(
             make_sentence(
-                f"{doubt}: {_REST_ADVICE}; ", keyword_argument("force", "", "force=True"), writes
+                f"{doubt}: {_REST_ADVICE}; ",
+                keyword_argument("doubtful", "", "doubtful=True"),
+                writes,
             )
         )
 
@@ -165,7 +170,7 @@ def _check_determined(coefficients: Sequence[Coefficient]) -> None:
         raise ValueError(
             make_sentence(
                 f"the record determines none of the numbers: {_REST_ADVICE}; ",
-                keyword_argument("force", "", "force=True"),
+                keyword_argument("doubtful", "", "doubtful=True"),
                 " writes their upper bounds",
             )
         )
@@ -207,7 +212,7 @@ def _compose_file(
     lines: Sequence[str],
     inflated: str = "Every number is {:g} times the measured one.",
 ) -> str:
-    """Return a whole file: what it is and what was done to the numbers, then the numbers."""
+    """Return a whole file: its content and the changes to the numbers, then the numbers."""
     head = [f"# {title}"]
     if inflate != 1.0:
         head.append(f"# {inflated.format(inflate, inflate**2)}")
@@ -270,14 +275,19 @@ _PX4_FLOAT: Final = 9
 _configuration_export = partial(
     document_export,
     returned="""\
-    One that is unknown, or that the record does not determine, has a comment in place of its
-    number; with `force` the latter has its upper bound, and says so.""",
+    A coefficient that the record does not determine is written as its upper bound at 95 %, with a
+    comment. An unknown one has a comment in place of its number.""",
     faults="""\
 ValueError
-    If a model has a `doubt` or the record determines none of the numbers, without `force`; if a
+    If a model has a `doubt` or the record determines none of the numbers, without `doubtful`; if a
     model is of the wrong quantity or of samples whose unit is not known, or rate or inflate
     not positive and finite.""",
-    forced=", and to write numbers that the record does not bear out, with a warning",
+    options="""\
+bounds : bool
+    Write the upper bound of a coefficient that the record does not determine; default True. False
+    leaves its line out.
+doubtful : bool
+    Write numbers of a model with a `doubt`, with a warning in the file; default False.""",
 )
 
 
@@ -290,6 +300,8 @@ def to_kalibr(
     rate: float | None = None,
     rostopic: str = "/imu0",
     inflate: float = 1.0,
+    bounds: bool = True,
+    doubtful: bool = False,
     force: bool = False,
 ) -> str:
     """Return the model as an ``imu.yaml`` of Kalibr.
@@ -330,7 +342,7 @@ def to_kalibr(
     update_rate: 2.00000e+02  # Hz
     <BLANKLINE>
     """
-    lines = _KALIBR.settings(model, accelerometer, inflate, force)
+    lines = _KALIBR.settings(model, accelerometer, inflate, bounds, doubtful)
     # A JSON string is a YAML one in double quotes: nothing in it can end the line or begin a key.
     lines.append(f"rostopic: {json.dumps(rostopic)}")
     if rate is not None:
@@ -348,6 +360,8 @@ def to_vins(
     rate: float | None = None,
     accelerometer: "NoiseModel | None" = None,
     inflate: float = 1.0,
+    bounds: bool = True,
+    doubtful: bool = False,
     force: bool = False,
 ) -> str:
     """Return the model as the IMU lines of a VINS-Mono or VINS-Fusion configuration.
@@ -389,7 +403,7 @@ def to_vins(
     gyr_w: 1.00000e-04  # rad/s^2
     <BLANKLINE>
     """
-    lines = _VINS.settings(model, accelerometer, inflate, force, rate)
+    lines = _VINS.settings(model, accelerometer, inflate, bounds, doubtful, rate)
     title = f"VINS: {_CONTINUOUS_TITLE}"
     if rate is not None:
         title = f"VINS: noise of an IMU at {rate:g} Hz, deviations per sample."
@@ -404,6 +418,8 @@ def to_orbslam3(
     rate: float | None = None,
     accelerometer: "NoiseModel | None" = None,
     inflate: float = 1.0,
+    bounds: bool = True,
+    doubtful: bool = False,
     force: bool = False,
 ) -> str:
     """Return the model as the IMU lines of an ORB-SLAM3 settings file.
@@ -441,7 +457,7 @@ def to_orbslam3(
     IMU.Frequency: 2.00000e+02  # Hz
     <BLANKLINE>
     """
-    lines = _ORBSLAM3.settings(model, accelerometer, inflate, force)
+    lines = _ORBSLAM3.settings(model, accelerometer, inflate, bounds, doubtful)
     if rate is not None:
         lines.append(f"IMU.Frequency: {_format_number(check_positive('rate', rate))}  # Hz")
     return write_text(
@@ -457,6 +473,8 @@ def to_px4(
     rate: float = 100.0,
     accelerometer: "NoiseModel | None" = None,
     inflate: float = 1.0,
+    bounds: bool = True,
+    doubtful: bool = False,
     force: bool = False,
 ) -> str:
     """Return the model as parameters of PX4's EKF2, in the format of QGroundControl.
@@ -498,7 +516,7 @@ def to_px4(
     1 1 EKF2_GYR_B_NOISE  1.00000e-05 9
     <BLANKLINE>
     """
-    lines = _PX4.settings(model, accelerometer, inflate, force, rate)
+    lines = _PX4.settings(model, accelerometer, inflate, bounds, doubtful, rate)
     title = f"PX4 EKF2: noise of an IMU, deviations per filter step at {rate:g} Hz."
     lines.insert(0, "# Vehicle-Id Component-Id Name Value Type")
     return write_text(_compose_file(title, accelerometer, inflate, lines), path, force)
@@ -512,6 +530,8 @@ def to_ros(
     rate: float,
     accelerometer: "NoiseModel | None" = None,
     inflate: float = 1.0,
+    bounds: bool = True,
+    doubtful: bool = False,
     force: bool = False,
 ) -> str:
     """Return the model as the covariances of ``sensor_msgs/Imu``, for robot_localization too.
@@ -551,7 +571,7 @@ def to_ros(
     orientation_covariance: [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     <BLANKLINE>
     """
-    lines = _ROS.settings(model, accelerometer, inflate, force, rate)
+    lines = _ROS.settings(model, accelerometer, inflate, bounds, doubtful, rate)
     lines.append(f"orientation_covariance: [{', '.join(['-1.0', *['0.0'] * 8])}]")
     title = "\n# ".join(
         (

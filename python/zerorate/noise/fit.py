@@ -1,4 +1,4 @@
-"""Noise coefficients from a deviation curve or a spectrum, with what is known of each."""
+"""Noise coefficients from a deviation curve or a spectrum, with their standard errors."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -27,14 +27,14 @@ _MAX_STEPS: Final = 100
 
 @dataclass(frozen=True)
 class FittedModel(NoiseModel):
-    """A noise model with how well it fits; as a `NoiseModel` in everything else.
+    """A noise model with the quality of its fit; otherwise as a `NoiseModel`.
 
     Attributes
     ----------
     method : str
-        What was fitted: a deviation's name, ``"whittle"`` or ``"polynomial"``.
+        Data of the fit: a deviation's name, ``"whittle"`` or ``"polynomial"``.
     chi_squared, degrees_of_freedom : float, int
-        Weighted sum of squares left over, before `misfit` was allowed for, and what it should be.
+        Weighted sum of squared residuals, before `misfit` was allowed for, and its expectation.
     misfit : float
         Relative error of the model's variances that had to be allowed for, 0 where chance alone
         explains the data. Standard errors include it.
@@ -76,7 +76,7 @@ class Component:
 
 @dataclass(frozen=True)
 class Problem:
-    """Data to fit, and what explains them.
+    """Data to fit, and the components that explain them.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ class Problem:
 def fit_components(
     problem: Problem, components: Sequence[Component], method: str, unit: tuple[float, Quantity]
 ) -> FittedModel:
-    """Solve the problem and return its model; `unit` is that of the data, in SI, and of what."""
+    """Solve the problem and return its model; `unit`, in SI, and its quantity are the data's."""
     solution, weighting, misfit, chi_squared = problem.solve()
     coefficients: dict[str, object] = {}
     for i, component in enumerate(components):

@@ -26,7 +26,7 @@ _FIT_FIELDS: Final = {
     "degrees_of_freedom": int,
     "misfit": float,
 }
-"""What a `FittedModel` has beside the coefficients."""
+"""Fields of a `FittedModel` in addition to the coefficients."""
 
 
 @document_export()
@@ -126,7 +126,7 @@ def _has_key(content: object, key: str) -> bool:
 
 
 def _read_fit(content: object, build: type[Model]) -> dict[str, Any]:
-    """Return how well a model fitted, where the text says so and the class keeps it."""
+    """Return the quality of a fit, where the text has it and the class keeps it."""
     fit = content.get("fit") if isinstance(content, dict) else None
     field_names = {field.name for field in dataclasses.fields(build)}
     if fit is None:

@@ -48,13 +48,13 @@ class Kind:
     order : int
         Phase differences it takes: 2 of the Allan family, 3 of the Hadamard family.
     modified : bool
-        Whether the phase is averaged over tau before it is differenced.
+        True if the phase is averaged over tau before it is differenced.
     overlapping : bool
-        Whether every sample starts a term, not only every tau-th.
+        True if every sample starts a term, not only every tau-th.
     total : bool
-        Whether the record is extended by reflection.
+        True if the record is extended by reflection.
     time : bool
-        Whether the result is a time deviation, tau / sqrt(3) times that of the rate.
+        True if the result is a time deviation, tau / sqrt(3) times that of the rate.
     """
 
     name: KindName

@@ -1,4 +1,4 @@
-"""Non-negative least squares whose weights follow from the fit itself."""
+"""Non-negative least squares with weights that follow from the fit itself."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -155,7 +155,7 @@ def solve_non_negative(matrix: Floats, target: Floats, guess: Booleans | None = 
 
 
 def _move_to_feasible(matrix: Floats, target: Floats, x: Floats, free: Booleans) -> Floats:
-    """Move x towards the least squares of its free part, fixing at zero what would pass it."""
+    """Move x towards the least squares of its free part, fixing parameters at zero on the way."""
     while free.any():
         goal = np.zeros_like(x)
         goal[free] = np.linalg.lstsq(matrix[:, free], target, rcond=None)[0]

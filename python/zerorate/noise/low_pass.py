@@ -58,7 +58,7 @@ class LowPass:
     corner : Coefficient
         Frequency at which the density is half, Hz.
     order : float
-        Of the filter; infinite for a moving average.
+        Order of the filter; infinite for a moving average.
 
     Examples
     --------
@@ -295,7 +295,7 @@ _SHAPES: Final = (
 
 @dataclass(frozen=True)
 class _Fit:
-    """Numbers of one shape, and how well they explain the density."""
+    """Parameters of one shape, and the quality of its fit to the density."""
 
     shape: _Shape | None
     p: Floats
@@ -423,7 +423,7 @@ class _Search:
         return self._judged(shape, p, c, counts)
 
     def slopes(self, shape: _Shape, p: Floats, c: Floats) -> Floats:
-        """Return how the model changes with each number of the shape, shape (b, n)."""
+        """Return the derivatives of the model by each number of the shape, shape (b, n)."""
         steps = np.eye(p.size) * _SMALL_STEP
         if not p.size:
             return np.empty((self.density.size, 0))
@@ -482,7 +482,7 @@ _NO_CORNER: Final = Estimate(math.nan, math.nan)
 
 @dataclass(frozen=True)
 class Filtered:
-    """What the spectrum says of noise behind a filter, the sample as unit of time.
+    """Noise behind a filter, estimated from the spectrum, the sample as unit of time.
 
     Attributes
     ----------
@@ -517,12 +517,12 @@ class Filtered:
 
     @property
     def named(self) -> bool:
-        """Whether a filter is sure enough to be named."""
+        """True if a filter is certain enough to be named."""
         return math.isfinite(self.corner.value)
 
 
 def band_fields(filtered: Filtered, rate: float) -> dict[str, Any]:
-    """Return what a model says of the filter: `low_pass` and `up_to`, Hz."""
+    """Return the fields of a model on the filter: `low_pass` and `up_to`, Hz."""
     fields: dict[str, Any] = {}
     if filtered.named:
         corner = Coefficient(filtered.corner.value * rate, filtered.corner.sigma * rate)
@@ -628,7 +628,7 @@ def _amplitude(search: _Search, fit: _Fit, counts: Floats, covariance: Floats, i
 
 
 def _average(search: _Search, fits: Sequence[_Fit], counts: Floats) -> Filtered:
-    """Return the mean over all filters that explain a density about as well as the best."""
+    """Return the mean over all filters that explain a density nearly like the best one."""
     least = min(fit.bic for fit in fits)
     near = [fit for fit in fits if fit.bic <= least + _AVERAGED_BIC]
     odds = np.exp([-0.5 * (fit.bic - least) for fit in near])

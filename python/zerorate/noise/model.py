@@ -58,9 +58,9 @@ class NoiseModel(Result):
     """Noise coefficients of a gyro at rest, in SI units.
 
     Each coefficient is kept as a `Coefficient`, a float with its standard error; plain numbers
-    are taken as exact, and 0 says that there is no such noise. A coefficient that is not given,
-    or None, is *unknown*: curves and simulations leave it out, exports say so instead of writing
-    a number, and its `conservative` value is infinite.
+    count as exact, and 0 means that there is no such noise. A coefficient that is not given, or
+    None, is *unknown*: curves and simulations leave it out, exports say so instead of writing a
+    number, and its `conservative` value is infinite.
 
     Parameters
     ----------
@@ -81,18 +81,18 @@ class NoiseModel(Result):
     sinusoid : sequence of Sinusoid
         Sines in the rate, any number of terms.
     quantity : {"angular rate", "acceleration", "unknown"}
-        What the sensor measures. With "acceleration" every rad is a metre:
-        `angle_random_walk` is the velocity random walk in m/s^2/sqrt(Hz), and so on. "unknown" is
-        of a record whose unit is not known: every rad/s is the unit of its samples, and nothing
-        is converted or exported but as JSON.
+        Quantity that the sensor measures. With "acceleration" every rad is a metre:
+        `angle_random_walk` is the velocity random walk in m/s^2/sqrt(Hz), and so on. "unknown"
+        belongs to a record without a known unit: every rad/s is the unit of its samples, nothing is
+        converted, and JSON is the only export.
     doubt : str
-        Why the numbers are not to be trusted, a sentence: of a record that moved or is too short,
-        `zerorate.allan` says so. Exports refuse such a model unless they are forced. Default none.
+        Reason not to trust the numbers, a sentence: `zerorate.allan` gives one for a record that
+        moved or is too short. Exports refuse such a model unless they are forced. Default none.
     low_pass : LowPass, optional
         Filter between noise and samples. The coefficients are those below its corner: the
         variance of a sample is less than N^2 times the rate.
     up_to : float, optional
-        Frequency in Hz below which the coefficients were read. Default: at all.
+        Frequency in Hz below which the coefficients were read. Default: all frequencies.
 
     Raises
     ------
@@ -136,7 +136,7 @@ class NoiseModel(Result):
     to_json = to_json  # type: ignore[has-type]
 
     def __post_init__(self) -> None:
-        """Refuse what is no sequence of terms, or no known quantity."""
+        """Refuse arguments that are no sequence of terms, or no known quantity."""
         object.__setattr__(self, "markov", _check_terms("markov", self.markov, Markov))
         object.__setattr__(self, "sinusoid", _check_terms("sinusoid", self.sinusoid, Sinusoid))
         if self.quantity not in get_args(Quantity):
@@ -151,7 +151,7 @@ class NoiseModel(Result):
 
     @property
     def band(self) -> str:
-        """What is known of the band of the coefficients, in words; empty for the whole of it."""
+        """Band of the coefficients, in words; empty for the whole of it."""
         if self.low_pass is not None:
             return f"{self.low_pass}: N is the density of the white noise below"
         if self.up_to is not None:
@@ -308,7 +308,7 @@ class NoiseModel(Result):
         return DiscreteSigmas(white.conservative * root * passed, walk.conservative / root)
 
     def __noise_densities__(self, sensor: str) -> tuple[float, float | None]:
-        """Tell a `NavigationFilter` white noise and walk of the bias of an axis of a sensor."""
+        """Return white noise and walk of the bias of a sensor's axis, for a `NavigationFilter`."""
         return densities(self, sensor)
 
     def _coefficients(self) -> Iterator[tuple[Term, Coefficient]]:
@@ -327,7 +327,7 @@ def _check_terms(name: str, values: object, kind_: type) -> tuple[Any, ...]:
 
 
 def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
-    """Return the model whose every coefficient is the largest among the axes.
+    """Return the model whose every coefficient is the largest among axes that determine it.
 
     What an estimator takes that has one number for all axes.
 
@@ -339,11 +339,11 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
     Returns
     -------
     NoiseModel
-        Each coefficient as it is in the axis where it is largest, with its standard error; one
-        that is not identifiable counts by its upper bound, a ramp by its size, and one that is
-        unknown in an axis is unknown. Markov terms and sinusoids are those of the axis where
-        they have the largest variance together. A doubt of any axis is one of the model. Of
-        low-pass filters it has the lowest.
+        Each coefficient of the axis where it is largest, with its standard error, among the axes
+        where it is identifiable. If it is identifiable in none, the largest upper bound. It is
+        unknown only if it is unknown in all axes. A ramp counts by its size. Markov terms and
+        sinusoids are those of the axis where they have the largest variance together. A doubt of
+        any axis is one of the model. Of low-pass filters it has the lowest.
 
     Raises
     ------
@@ -366,7 +366,7 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
     quantity = quantities.pop()
     filters = [axis.low_pass for axis in axes if axis.low_pass is not None]
     largest = {
-        term.field: max((getattr(axis, term.field) for axis in axes), key=_conservative_size)
+        term.field: max((getattr(axis, term.field) for axis in axes), key=_rank_coefficient)
         for term in TERMS[quantity]
     }
     return NoiseModel(
@@ -380,8 +380,10 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
     )
 
 
-def _conservative_size(coefficient: Coefficient) -> float:
-    return abs(coefficient.conservative)
+def _rank_coefficient(coefficient: Coefficient) -> tuple[bool, bool, float]:
+    """Rank a determined coefficient first, then bounds, then unknown ones."""
+    size = abs(coefficient.conservative)
+    return coefficient.identifiable, coefficient.known, size
 
 
 def _choose_largest(

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from zerorate.noise.quantities import Quantity, si_unit
 from zerorate.noise.records import as_record, centre_record, resolution
+from zerorate.numerals import shorten
 from zerorate.record.named import rate_of
 from zerorate.record.runs import runs_of_rows
 from zerorate.types import Booleans, Floats
@@ -24,7 +25,7 @@ variance of a second reaches 4.2. Recordings that turn begin at 10.8, motion by 
 """
 
 MIN_REST_S: Final = 21.0
-"""A shorter record does not tell whether it is one of a sensor at rest."""
+"""Shortest record for a test of rest, s."""
 
 _MIN_WINDOWS: Final = 20
 _MIN_SAMPLES: Final = 10
@@ -81,15 +82,16 @@ class Step(NamedTuple):
 
 
 def moving_spans(z: npt.ArrayLike, rate: float | None = None) -> tuple[Span, ...]:
-    """Return when a sensor was not at rest.
+    """Return the spans in which a sensor was not at rest.
 
     Windows of one second move if their variance, or the step from one's mean to the next, is far
-    outside of what the quiet ones show. Neighbours are put together, also over pauses under 5 s.
+    outside the range of quiet windows. Neighbouring windows are merged, also across pauses under 5
+    s.
 
-    Turning at one rate looks like a bias and is seen only where it begins and ends. Motion without
-    a pause is seen if it takes more than some 4 s to and fro, and changes by more than some 25
-    deviations of the noise from one second to the next; otherwise it looks like noise. Strong
-    vibration counts as motion, and so do outliers: see `hampel`.
+    Rotation at a constant rate looks like a bias and is seen only at its beginning and end. Motion
+    without a pause is seen if its period exceeds some 4 s, and it changes by more than some 25
+    standard deviations of the noise from one second to the next; otherwise it looks like noise.
+    Strong vibration counts as motion, and so do outliers: see `hampel`.
 
     Parameters
     ----------
@@ -102,8 +104,8 @@ def moving_spans(z: npt.ArrayLike, rate: float | None = None) -> tuple[Span, ...
     Returns
     -------
     tuple of Span
-        In order, in seconds; empty for a sensor at rest, and for a record that cannot tell, of
-        under 20 windows or without any noise.
+        Spans in order, in seconds; empty for a sensor at rest, and for a record that is not
+        sufficient: of under 20 windows or without any noise.
 
     Raises
     ------
@@ -132,8 +134,8 @@ def moving_spans(z: npt.ArrayLike, rate: float | None = None) -> tuple[Span, ...
 def largest_step(z: Floats, rate: float) -> Step:
     """Return the largest change from one second's mean to the next.
 
-    Drift is slow and noise is Gaussian, so the changes of a sensor at rest are much alike; those of
-    one that is moved now and then are not. Motion that goes on without a pause is not found.
+    Drift is slow and noise is Gaussian, so the changes of a sensor at rest are about equal; those
+    of one that is moved now and then are not. Motion that goes on without a pause is not found.
 
     Parameters
     ----------
@@ -153,7 +155,7 @@ def largest_step(z: Floats, rate: float) -> Step:
 def find_doubts(
     record: npt.NDArray[np.generic], rate: float, unit: str, names: Sequence[str]
 ) -> tuple[Doubt, ...]:
-    """Return why noise coefficients of each axis of a sensor are not to be trusted.
+    """Return the reasons for doubt in noise coefficients of each axis of a sensor.
 
     One that was moved now and then is known by `largest_step`, one in motion all the time by how
     much its second means change, where the unit is known. Where most axes moved, all did.
@@ -191,7 +193,7 @@ def find_doubts(
 
 
 class Doubt(NamedTuple):
-    """Why the noise of an axis is not to be trusted, and whether that is motion."""
+    """Reason for doubt in the noise of an axis, and True if that is motion."""
 
     why: str = ""
     moved: bool = False
@@ -203,7 +205,7 @@ def _explain_doubt(means: _SecondMeans, moved: bool, mostly_moved: bool, max_cha
     if mostly_moved:
         return "the other axes of this sensor moved, so it probably did too"
     if means.duration < MIN_REST_S:
-        return f"{means.duration:.3g} s are too short to tell noise from motion"
+        return f"{shorten(means.duration, 3)} s are too short to distinguish noise from motion"
     return ""
 
 
@@ -211,7 +213,7 @@ _MOTION_WARNING: Final = "the numbers describe the motion, not the sensor"
 
 
 class _SecondMeans(NamedTuple):
-    """What the means of the seconds of a record show."""
+    """Statistics of the means over the seconds of a record."""
 
     duration: float
     usual_change: float
@@ -231,7 +233,7 @@ class _SecondMeans(NamedTuple):
         return cls(duration, usual, Step(size, (index + 1) * width / rate))
 
     def evidence(self, max_change: float) -> str:
-        """Return what shows the motion."""
+        """Return the evidence of motion."""
         if self.usual_change > max_change:
             return "its mean over one second changes all the time, as no sensor's at rest"
         return (
@@ -241,7 +243,7 @@ class _SecondMeans(NamedTuple):
 
 
 def _find_moving(windows: Floats) -> Booleans:
-    """Return which windows move, shape (m,)."""
+    """Return the mask of moving windows, shape (m,)."""
     statistics = _WindowStatistics.of(windows)
     noisy = statistics.variance > _variance_limit(statistics.variance, windows.shape[1])
     steps = np.abs(np.diff(statistics.mean))
@@ -274,7 +276,7 @@ class _WindowStatistics(NamedTuple):
         squares = np.einsum("ij,ij->i", level, level)
         time = np.arange(windows.shape[1]) - (windows.shape[1] - 1) / 2.0
         line = (level @ time) ** 2 / np.maximum(there @ time**2, 1.0)
-        # A step of quantisation is the least that can be told apart.
+        # A step of quantisation is the smallest visible difference.
         least = resolution(windows.reshape(-1)) ** 2 / 12.0
         # NaN where the mean is, in windows without any sample too.
         blank = 0.0 * mean

@@ -32,7 +32,7 @@ class Process:
     summed : callable
         s(k) of the running sum of the phase, whose negative second difference is `phase`.
     is_point : bool
-        Whether s(k) of the phase is zero everywhere but at zero.
+        True if s(k) of the phase is zero everywhere but at zero.
     """
 
     phase: Callable[[Floats], Floats]
@@ -109,7 +109,7 @@ def markov(time: float) -> Process:
 
 
 def _markov_summed(k: Floats, time: float) -> Floats:
-    """Return the double integral with what makes a second difference of a second derivative."""
+    """Return the double integral with the factor from second derivative to second difference."""
     integral = time**4 * _exponential_tail(k / time, 5)
     return integral - time**2 * _exponential_tail(k / time, 3) / 12.0 - k / (180.0 * time)
 

@@ -45,7 +45,7 @@ class Term(NamedTuple):
 
     @property
     def factor(self) -> float:
-        """What a coefficient is multiplied by to be in the unit it is shown in."""
+        """Factor from the unit of a coefficient to the unit it is shown in."""
         return 1.0 if self.unit == self.shown else convert(1.0, self.unit, self.shown)
 
 
@@ -75,7 +75,7 @@ TERMS: Final[dict[Quantity, tuple[Term, ...]]] = {
 
 
 class DisplayUnit(NamedTuple):
-    """A unit, and what a deviation is multiplied by to be in it."""
+    """A unit, and the factor of a deviation into it."""
 
     unit: str
     factor: float
@@ -95,7 +95,7 @@ def check_unit(unit: str | None) -> str:
 
 
 def si_unit(unit: str) -> tuple[float, Quantity]:
-    """Return what one of a unit is in SI, 1 if it is unknown, and which quantity it measures."""
+    """Return the factor from a unit to SI, 1 if it is unknown, and the quantity it measures."""
     if unit == UNKNOWN:
         return 1.0, "unknown"
     quantity, si = _find_quantity(unit)

@@ -61,7 +61,7 @@ def check_record(z: npt.ArrayLike, rate: float) -> Floats:
 
 
 def is_constant(record: npt.NDArray[Any], value: float) -> bool:
-    """Return whether all samples that are there are equal to a value."""
+    """Return True if all samples that are present equal a value."""
     # The beginning nearly always settles it.
     parts = (record[:_GLANCE_SAMPLES], record[_GLANCE_SAMPLES:])
     return all(bool(np.all((part == value) | ~np.isfinite(part))) for part in parts)

@@ -43,7 +43,7 @@ class AllanResult(Result):
     Attributes
     ----------
     kind : str
-        Which deviation.
+        Kind of deviation.
     taus : ndarray, shape (t,)
         Averaging times in s.
     deviation : ndarray, by axis
@@ -70,10 +70,10 @@ class AllanResult(Result):
     confidence : float
         Probability that the true deviation lies between the bounds.
     notes : tuple of str
-        What was done to the input and what to beware of, a sentence each.
+        Changes to the input, and warnings, a sentence each.
     doubts : tuple of Doubt
-        Why the noise of each axis is not to be trusted, as the sensor moved or the record is under
-        21 s: exports refuse it.
+        Reasons not to trust the noise of each axis, if the sensor moved or the record is under 21
+        s: exports refuse it.
 
     Examples
     --------
@@ -165,7 +165,7 @@ class AllanResult(Result):
         -------
         FittedModel, or a tuple of one an axis
             A `NoiseModel` in SI units, or in the unit of the samples where that is not known. Each
-            coefficient has a standard error, says whether the record determines it, and has an
+            coefficient has a standard error, a flag if the record determines it, and an
             upper bound at 95 %. One that was not looked for is unknown.
 
         Raises
@@ -278,7 +278,7 @@ class AllanResult(Result):
         return np.array(indices, dtype=np.intp)
 
     def _make_curve(self, scale: float) -> Curve:
-        """Return what a fit needs to know, deviations in units of `scale`, without reflection."""
+        """Return the curve for a fit, deviations in units of `scale`, without reflection."""
         used, kind = self._select_taus(_TAUS_PER_OCTAVE), KINDS[self.kind]
         m, edf = self.factors[used], self.edf[used]
         variance = (self.rate_deviation[used] / scale) ** 2

@@ -93,7 +93,7 @@ class Spectrum:
 
 
 class Bands:
-    """Bands of the spectrum of n samples, and how many independent lines each holds."""
+    """Bands of the spectrum of n samples, and the numbers of independent lines."""
 
     def __init__(self, n: int, narrow: bool = False) -> None:
         self.n = n
@@ -149,7 +149,7 @@ def _sum_tapers(spectrum: npt.NDArray[np.complex128], first: int, count: int) ->
 
 
 def _band_edges(lines: int) -> npt.NDArray[np.intp]:
-    """Return where bands begin and the last ends: none narrower than what the tapers smear."""
+    """Return the edges of bands: none narrower than the width over which the tapers smear."""
     steps = int(_BANDS_PER_OCTAVE * math.log2(lines / _TAPER_COUNT + 1.0))
     grid = _TAPER_COUNT * (2.0 ** (np.arange(steps + 1) / _BANDS_PER_OCTAVE) - 1.0)
     edges = [0]
@@ -262,7 +262,7 @@ def fit_spectrum(
 
 
 def filtered_model(filtered: Filtered, rate: float, unit: tuple[float, Quantity]) -> FittedModel:
-    """Return the model of noise behind a filter; `unit` is that of the data, in SI, and of what."""
+    """Return the model of noise behind a filter; `unit`, in SI, and its quantity are the data's."""
     squares = {
         "angle_random_walk": filtered.white,
         "bias_instability": filtered.flicker,

@@ -17,16 +17,16 @@ from zerorate.faults import keyword_argument, make_sentence
 def check_writable(
     path: str | os.PathLike[str], force: bool = False, make_folders: bool = False
 ) -> None:
-    """Check that a file can be written, before the work that fills it is begun.
+    """Check that a file can be written, before the work on its content begins.
 
     Parameters
     ----------
     path
         The file to write.
     force
-        Whether an existing file may be replaced; default no.
+        Allow replacing an existing file; default no.
     make_folders
-        Whether folders that are missing will be made; default no.
+        Missing folders will be made; default no.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def atomic_path(path: str | os.PathLike[str], force: bool = False) -> Iterator[P
     path
         The file to write.
     force
-        Whether an existing file may be replaced; default no.
+        Allow replacing an existing file; default no.
 
     Yields
     ------
@@ -149,7 +149,7 @@ _ACTIVE_NAMES: Final[set[str]] = set()
 
 
 def _temporary_name(target: Path) -> str:
-    """Return a name that says whose it is: of which file, machine and process.
+    """Return a name with its owner: file, machine and process.
 
     It is short and plain whatever the file is called, for libraries that take no other names.
     """
@@ -170,7 +170,7 @@ def _digest(text: str) -> str:
 
 @cache
 def _machine_id() -> str:
-    """Return what tells apart machines that share a folder, containers of one machine among them.
+    """Return an identifier of the machine, different for machines that share a folder.
 
     A process is known by its number only where the same numbers are given.
     """
@@ -182,7 +182,7 @@ def _machine_id() -> str:
 
 
 def remove_leftovers(targets: Iterable[Path]) -> None:
-    """Remove what `atomic_path` began in these files' folders and a kill left behind.
+    """Remove files that `atomic_path` began in these files' folders and that a kill left behind.
 
     That is what a process of this machine began that is no more, and what one of another machine
     began for these very files, which nobody else may be writing. A file that cannot be removed
@@ -202,7 +202,7 @@ def remove_leftovers(targets: Iterable[Path]) -> None:
 
 
 def _is_leftover(name: str, digests: set[str]) -> bool:
-    """Return whether a name is that of a file which nobody will finish."""
+    """Return True if a name is that of a file which nobody will finish."""
     match = _TEMPORARY_PATTERN.fullmatch(name)
     if match is None or name in _ACTIVE_NAMES:
         return False
@@ -212,8 +212,8 @@ def _is_leftover(name: str, digests: set[str]) -> bool:
 
 
 def _is_running_elsewhere(process: int) -> bool:
-    """Return whether there is such a process, and it is not this one."""
-    # There no signal can ask, and a file that is open cannot be removed anyway.
+    """Return True if there is such a process, and it is not this one."""
+    # There no signal arrives, and a file that is open cannot be removed anyway.
     if os.name != "posix" or process in (0, os.getpid()):
         return False
     try:

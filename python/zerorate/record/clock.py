@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+from zerorate.numerals import shorten
+
 RATE_TOLERANCE: Final = 0.01
 """Part by which a rate may differ from one that is stated, and stamps from their grid."""
 
@@ -14,20 +16,20 @@ _SCALE_TOLERANCE: Final = 1e-3
 
 @dataclass(frozen=True)
 class ClockReport:
-    """How the timestamps of a log deviate from a uniform clock.
+    """Deviations of a log's timestamps from a uniform clock.
 
     Parameters
     ----------
     rate
         Rate of the best uniform clock through the stamps, Hz; without stamps the rate given.
     stamped
-        Whether the file had timestamps.
+        True if the file had timestamps.
     jitter_rms, jitter_max
-        Deviation of the stamps from that clock, s; of stamps of arrival how late they are.
+        Deviation of the stamps from that clock, s; for stamps of arrival their delay.
     repeated, backward
         Stamps equal to, and less than, the one before. Their rows are kept in file order.
     gaps, missing_count
-        Places where samples are missing, and the number of NaN rows put there.
+        Number of gaps, and number of NaN rows inserted there.
     longest_gap
         Longest step between two stamps at a gap, s.
     bursts
@@ -35,17 +37,17 @@ class ClockReport:
     repeats
         Rows left out because they repeat the one before, the sensor being slower than its log.
     wander
-        How far the even clock is from the stamps at most, s, where these wander so that they are
-        kept; else 0. The jitter is then that about the clock that wanders.
+        Largest distance of the even clock from the stamps, s, if these wander so that they are
+        kept; else 0. The jitter is then that about the wandering clock.
     slowest, fastest
         Rates between which such a clock ran, Hz, over a fortieth of the log; else 0.
     step_rms
-        Deviation of the steps between stamps from a period, s, where no sample is missing and no
-        stamp repeated.
+        Standard deviation of the steps between stamps from a period, s, where no sample is missing
+        and no stamp repeated.
     late_count
         Steps of more than a period and a half at which no sample is missing.
     restart_count
-        Steps back of more than a second: the clock began anew. How long it was off is not known, so
+        Steps back of more than a second: the clock restarted. How long it was off is not known, so
         10 s are missing there, or as long as the log is.
 
     Examples
@@ -75,12 +77,12 @@ class ClockReport:
 
     @property
     def regular(self) -> bool:
-        """Whether there are timestamps and nothing is to be said of them."""
+        """True if there are timestamps without any fault."""
         return self.stamped and not self._faults()
 
     @property
     def as_stated(self) -> bool:
-        """Whether the rate is that which somebody has stated, and nothing contradicts it."""
+        """True if the rate is the stated one, and nothing contradicts it."""
         return not self.stamped and not self._faults()
 
     def summary(self) -> str:
@@ -103,15 +105,18 @@ class ClockReport:
         faults = []
         if self.wander:
             faults.append(
-                f"a rate that runs from {self.slowest:.4g} to {self.fastest:.4g} Hz, so that an "
-                f"even clock is up to {self.wander:.3g} s from the stamps, which are kept"
+                f"a rate that runs from {shorten(self.slowest, 4)} to "
+                f"{shorten(self.fastest, 4)} Hz, so that an "
+                f"even clock is up to {shorten(self.wander, 3)} s from the stamps, which are kept"
             )
         rms, max_jitter = 1e3 * self.jitter_rms, 1e3 * self.jitter_max
         if self.burst_count:
-            late = f"late by {rms:.3g} ms rms, {max_jitter:.3g} ms at most"
+            late = f"late by {shorten(rms, 3)} ms rms, {shorten(max_jitter, 3)} ms at most"
             faults.append(f"stamps of arrival in {count_noun(self.burst_count, 'burst')} ({late})")
         elif self.jitter_max * self.rate > RATE_TOLERANCE:
-            faults.append(f"jitter of {rms:.3g} ms rms ({max_jitter:.3g} ms at most)")
+            faults.append(
+                f"jitter of {shorten(rms, 3)} ms rms ({shorten(max_jitter, 3)} ms at most)"
+            )
         if self.repeated_count:
             faults.append(count_noun(self.repeated_count, "repeated stamp"))
         if self.backward_count:
@@ -126,7 +131,7 @@ class ClockReport:
         if self.gap_count:
             missing = count_noun(self.missing_count, "missing sample")
             gaps = f"{missing} in {count_noun(self.gap_count, 'gap')}"
-            faults.append(f"{gaps} (longest {self.longest_gap:.3g} s)")
+            faults.append(f"{gaps} (longest {shorten(self.longest_gap, 3)} s)")
         return faults
 
 
@@ -136,7 +141,7 @@ def count_noun(count: int, noun: str) -> str:
 
 
 def describe_rate_error(stated: float, stamped: float) -> str:
-    """Return what becomes of turns where the rate stated is not that of the stamps, "" of nothing.
+    """Return the effect of a wrong stated rate on angles, by the stamps; "" if there is none.
 
     Examples
     --------
@@ -148,6 +153,7 @@ def describe_rate_error(stated: float, stamped: float) -> str:
         return ""
     size = "small" if error < 0.0 else "large"
     return (
-        f"every turn comes out {100.0 * abs(error):.2g} % too {size}; leave the rate out, and the "
+        f"every turn comes out {shorten(100.0 * abs(error))} % too {size}; leave the rate "
+        "out, and the "
         "stamps count"
     )

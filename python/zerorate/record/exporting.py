@@ -1,4 +1,4 @@
-"""What all functions say that write a text to a file if one is given, and that read such a text."""
+"""Shared docstrings of functions that write a text to a file if one is given, or read it."""
 
 import inspect
 import re
@@ -12,7 +12,7 @@ _SECTION_HEAD: Final = re.compile(rf"\n\n({'|'.join(_SECTIONS)})\n-+\n")
 _PATH_DOC: Final = """path : str or path, optional
     A file to write as well{}. Default: none."""
 _FORCE_DOC: Final = """force : bool
-    Whether to replace an existing file{}; default no."""
+    Replace an existing file; default False."""
 _FAULT_DOC: Final = """OSError
     If the file exists (without `force`) or cannot be written. Nothing is left half-written."""
 _SOURCE_DOC: Final = """source : str or path
@@ -24,25 +24,25 @@ OSError
 
 
 def document_export(
-    suffix: str = "", *, returned: str = "", faults: str = "", forced: str = ""
+    suffix: str = "", *, returned: str = "", faults: str = "", options: str = ""
 ) -> Callable[[_Documented], _Documented]:
-    """Return a decorator that adds to a docstring what it says of ``path`` and ``force``.
+    """Return a decorator that adds sentences on ``path`` and ``force`` to a docstring.
 
     Parameters
     ----------
     suffix : str
         The one that files of this kind have by custom, if any.
     returned, faults : str
-        What several functions say alike of the text that is returned, and of faults: last lines of
+        Sentences on the returned text and on errors that several functions share: last lines of
         these sections.
-    forced : str
-        What ``force`` does beside replacing a file.
+    options : str
+        Entries of options that several functions share, before ``force``.
     """
     path = _PATH_DOC.format(f", ``{suffix}`` by custom" if suffix else "")
 
     def documented(function: _Documented) -> _Documented:
         parts = _split_sections(function)
-        parts["Parameters"] = _lines(path, parts.get("Parameters"), _FORCE_DOC.format(forced))
+        parts["Parameters"] = _lines(path, parts.get("Parameters"), options, _FORCE_DOC)
         parts["Returns"] = _lines(parts.get("Returns"), returned)
         parts["Raises"] = _lines(parts.get("Raises"), faults, _FAULT_DOC)
         return _join_sections(function, parts)
@@ -51,14 +51,14 @@ def document_export(
 
 
 def document_restore(function: _Documented) -> _Documented:
-    """Add to a docstring what all say that read the text of a ``to_json``."""
+    """Add the common sentences on reading a ``to_json`` text to a docstring."""
     return _join_sections(
         function, {**_split_sections(function), "Parameters": _SOURCE_DOC, "Raises": _RAISES_DOC}
     )
 
 
 def _split_sections(function: Callable[..., Any]) -> dict[str, str]:
-    """Return the sections of a docstring by their heads, and what stands before them."""
+    """Return the sections of a docstring by their heads, and the text before them."""
     first, *rest = _SECTION_HEAD.split(inspect.cleandoc(function.__doc__ or ""))
     return {"": first, **dict(zip(rest[::2], rest[1::2], strict=True))}
 

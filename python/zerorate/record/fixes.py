@@ -1,4 +1,4 @@
-"""Fixes of a receiver: where and how fast it was, and how far to trust that."""
+"""Fixes of a receiver: positions, velocities, and their standard deviations."""
 
 from __future__ import annotations
 
@@ -31,26 +31,26 @@ class Fixes:
     position_sigma : array_like, shape (n, 3), optional
         Standard deviations north, east and down, m; NaN where they are not known.
     velocity_sigma : array_like, shape (n, 3), optional
-        The same of the velocity, m/s.
+        Standard deviations of the velocity, m/s.
     quality : array_like of int, shape (n,), optional
-        The number by which the receiver tells the kind of fix. RTKLIB has 1 for fixed, 2 float,
+        Number of the receiver for the kind of fix. RTKLIB has 1 for fixed, 2 float,
         5 single; NMEA 4 for fixed, 5 float, 2 differential, 1 single.
-        -1 where it is not told.
+        -1 where it is not reported.
     satellites : array_like of int, shape (n,), optional
-        How many were used.
+        Number of satellites used.
     velocity_time : array_like, shape (n,), optional
-        When the velocities were measured, s, where that is not `time`.
+        Times of the velocities, s, where they differ from `time`.
     epoch : float, optional
         Unix time, UTC, at which `time` is zero; None where it is not known.
     source : str
-        What messages call them.
+        Name of the source in messages.
     notes : tuple of str
-        Sentences on what was left out or assumed.
+        Sentences on omissions and assumptions.
 
     Raises
     ------
     ValueError
-        If a shape is another one, a time or place is missing or impossible, times do not rise,
+        If a shape is wrong, a time or position is missing or impossible, times do not rise,
         a standard deviation is not positive, or quality and satellites are no whole numbers.
 
     Examples
@@ -107,7 +107,7 @@ class Fixes:
         return len(self.time)
 
     def __repr__(self) -> str:
-        """Say how many there are, over what time, and what is known."""
+        """Return the number of fixes, their span, and their contents."""
         contents = ["positions"] + ["velocities"] * (self.velocity is not None)
         contents += ["sigmas"] * (self.position_sigma is not None)
         span = float(np.ptp(self.time)) if len(self) else 0.0
@@ -140,7 +140,7 @@ class Fixes:
         return Poses(self.time[known], enu, unknown, self.source)
 
     def as_dict(self) -> dict[str, npt.NDArray[np.float64 | np.int64] | None]:
-        """Return the arrays by name, None for what is not known."""
+        """Return the arrays by name, None for unknown ones."""
         scalar_fields = ("epoch", "source", "notes")
         return {f.name: getattr(self, f.name) for f in fields(self) if f.name not in scalar_fields}
 

@@ -13,9 +13,11 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError, Sentence, make_sentence, sentence_of
+from zerorate.numerals import shorten
 from zerorate.record.missing import floats, real_numbers
 from zerorate.texts import escape_line
 from zerorate.types import Booleans, Floats
+from zerorate.views import Tabular
 
 FORWARD_RIGHT_DOWN: Final = "forward, right, down"
 """Axes of a body's sensors, as autopilots have them."""
@@ -28,13 +30,13 @@ _STEP_TOLERANCE: Final = 1e-3
 
 
 class LogError(ValueError):
-    """The content of a log is not what was expected; the message says what and where.
+    """The content of a log is not as expected; the message says what and where.
 
     Attributes
     ----------
     argument : str or None
-        Keyword of the argument that asked for what the log does not have; None where the log itself
-        is at fault.
+        Keyword of the argument that requested something the log lacks; None if the log itself is at
+        fault.
     """
 
     def __init__(self, message: str, argument: str | None = None) -> None:
@@ -66,13 +68,13 @@ def check_rate(rate: object) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Log:
+class Log(Tabular):
     """Channels of one recording on a uniform time grid.
 
     Parameters
     ----------
     time
-        Seconds, shape (n,), uniform: sample i stands at ``time[0] + i / rate``.
+        Seconds, shape (n,), uniform: sample i has the time ``time[0] + i / rate``.
     rate
         Samples per second, Hz.
     data
@@ -81,14 +83,14 @@ class Log:
     names
         One name a channel, all different.
     unit
-        ``"deg/s"``, ``"rad/s"``, ``"deg/h"``, ...; ``"unit"`` where nothing is known. Or one a
+        ``"deg/s"``, ``"rad/s"``, ``"deg/h"``, ...; ``"unit"`` where it is unknown. Or one a
         channel: those of a position, ``("deg", "deg", "m")``, become ``"deg, deg, m"``.
     meta
-        Whatever else is known. ``read_log`` fills ``source``, ``format``, ``clock`` (a
+        Further metadata. ``read_log`` fills ``source``, ``format``, ``clock`` (a
         `ClockReport`), ``notes`` (a tuple of sentences) and, where given, ``sensor``.
     stamps
-        When each sample was taken, s, shape (n,), where its clock wanders so that ``time`` is not
-        right; None where it is. Whatever integrates or meets another clock goes by `sampled`.
+        Time of each sample, s, shape (n,), where the clock wanders so that ``time`` is not right;
+        None where it is. Integration and alignment with another clock use `sampled`.
     extra
         Further columns by name, numbers or flags of shape (n,), with the unit in the name:
         ``bias_sigma_gyro_z_dps``. They are written next to the channels, but are no channels of
@@ -154,7 +156,7 @@ class Log:
     def __array__(
         self, dtype: npt.DTypeLike | None = None, copy: bool | None = None
     ) -> npt.NDArray[Any]:
-        """Return `data` for ``numpy.asarray``, shape (n, k): itself, unless a copy is asked for."""
+        """Return `data` for ``numpy.asarray``, shape (n, k): itself, unless a copy is requested."""
         return np.array(self.data, dtype=dtype, copy=copy)
 
     def __repr__(self) -> str:
@@ -181,12 +183,12 @@ class Log:
 
     @property
     def sampled(self) -> Floats:
-        """When each sample was taken, s, shape (n,): the stamps where they are kept, or `time`."""
+        """Time of each sample, s, shape (n,): the stamps where they are kept, or `time`."""
         return self.time if self.stamps is None else self.stamps
 
     @property
     def steps(self) -> Floats | None:
-        """Seconds since the sample before, shape (n,), None where they are those of the rate."""
+        """Seconds since the sample before, shape (n,), None if they are those of the rate."""
         steps = np.diff(self.sampled, prepend=self.sampled[0] - 1.0 / self.rate)
         # Stamps may be large numbers, of which the last bits are all that changes.
         parts = (steps[a : a + _CHUNK_ROWS] for a in range(0, len(steps), _CHUNK_ROWS))
@@ -251,7 +253,7 @@ def drop_empty_logs(logs: Sequence[Log]) -> list[Log]:
 
 
 def units_of(unit: str, channels: int) -> tuple[str, ...]:
-    """Return the unit of each channel of a log: what its one unit lists, or that for all."""
+    """Return the unit of each channel of a log: from its list of units, or one for all."""
     listed = tuple(unit.split(_UNIT_SEPARATOR))
     return listed if len(listed) == channels else (unit,) * channels
 
@@ -327,13 +329,14 @@ def _check_time(time: npt.ArrayLike, n: int, rate: float) -> Floats:
     error = _max_grid_error(seconds, rate)
     if error > _MAX_GRID_ERROR:
         raise LogError(
-            f"time must be uniform at {rate:g} Hz, but leaves that grid by {error:.3g} samples"
+            f"time must be uniform at {rate:g} Hz, but leaves that grid by {shorten(error, 3)} "
+            "samples"
         )
     return seconds
 
 
 def _max_grid_error(seconds: Floats, rate: float) -> float:
-    """Return how far times are from an even grid at most, in samples; by pieces, for memory."""
+    """Return the largest distance of times from an even grid, in samples; by pieces, for memory."""
     starts = range(0, len(seconds), _CHUNK_ROWS)
     return max(
         float(np.abs(part - seconds[0] - np.arange(a, a + len(part)) / rate).max()) * rate
@@ -364,7 +367,7 @@ class Header:
 
     @classmethod
     def of(cls, log: Log) -> Header:
-        """Return what is known of a log in memory."""
+        """Return the header of a log in memory."""
         return cls(log.n, log.rate, log.names, log.unit, log.meta)
 
     def with_notes(self, sentences: Iterable[str]) -> Header:
@@ -384,7 +387,7 @@ class Header:
 
 
 def notes_of(log: Log | Header, evenly_spaced: bool = False) -> tuple[str, ...]:
-    """Return the sentences on a log: its clock, unless that is regular, and what was assumed.
+    """Return the sentences on a log: its clock, unless that is regular, and assumptions.
 
     ``evenly_spaced`` says that samples are then taken as evenly spaced, which is noted of a clock
     that wanders.
@@ -395,6 +398,6 @@ def notes_of(log: Log | Header, evenly_spaced: bool = False) -> tuple[str, ...]:
         error = max(clock.fastest / log.rate, log.rate / clock.slowest) - 1.0
         clock_notes.append(
             f"all samples are taken as 1/{log.rate:.6g} s apart here, which is up to "
-            f"{100.0 * error:.2g} % wrong for a while"
+            f"{shorten(100.0 * error)} % wrong for a while"
         )
     return (*clock_notes, *log.meta.get("notes", ()))

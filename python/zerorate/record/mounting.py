@@ -1,4 +1,4 @@
-"""How sensors are mounted: turned into the axes of the body, with antenna and clock beside them."""
+"""Mounting of sensors: rotation into the axes of the body, antenna and clock offset."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ _ORTHOGONALITY_TOLERANCE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Mounting:
-    """What a file says of the mounting of its sensors; None where it says nothing.
+    """Mounting of sensors as a file states it; None where it states nothing.
 
     Parameters
     ----------
     body_from_sensor : ndarray, shape (3, 3), or None
         Rotation from the sensor's axes to forward, right, down.
     antenna : ndarray, shape (3,), or None
-        From the sensor to the antenna, body axes, m.
+        Vector from the sensor to the antenna, body axes, m.
     time_offset : float, or None
-        To be added to the times of the fixes, s, as ``NavigationFilter.process`` takes it.
+        Offset to add to the times of the fixes, s, as ``NavigationFilter.process`` takes it.
 
     Examples
     --------
@@ -41,19 +41,19 @@ class Mounting:
 
     @property
     def has_content(self) -> bool:
-        """Whether the file says anything of it."""
+        """True if the file states any part of it."""
         parts = (self.body_from_sensor, self.antenna, self.time_offset)
         return any(part is not None for part in parts)
 
 
 def body_axes(recording: Recording, body_from_sensor: npt.ArrayLike) -> Recording:
-    """Return a recording with all sensors of three axes turned into those of the body.
+    """Return a recording with all sensors of three axes rotated into the body's axes.
 
     Parameters
     ----------
     recording : Recording
-        Whose gyros, accelerometers and magnetometers are turned; others stay. The result's
-        ``mounting`` no longer has a rotation.
+        Recording whose gyros, accelerometers and magnetometers are rotated; others stay. The
+        result's ``mounting`` no longer has a rotation.
     body_from_sensor : array_like, shape (3, 3)
         Rotation: a vector in the axes of the body is its product with one in those of the sensor.
 

@@ -1,4 +1,4 @@
-"""What samples say of themselves: rate, unit and names of a log, names of a frame's columns."""
+"""Rate, unit and names of samples: those of a log, or of a frame's columns."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def columns_of(record: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
 
 
 def convert_to_unit(record: npt.ArrayLike, unit: str, name: str) -> Floats:
-    """Return samples in a unit, converted where they say that they have another one.
+    """Return samples in a unit, converted if they state another one.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def _check_clocks(kind: str, rate: float, logs: Mapping[str, Log]) -> None:
 
 
 def _max_clock_difference(log: Log, other: Log) -> float:
-    """Return how many samples two logs of one length are apart at most."""
+    """Return the largest distance between the times of two logs of one length, in samples."""
     return float(np.abs(log.sampled - other.sampled).max()) * other.rate
 
 

@@ -1,4 +1,4 @@
-"""Names of columns: the units in them, and the sensors that they tell of."""
+"""Names of columns: their units and their sensors."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ _FOREIGN_UNITS: Final = {
 
 
 class ForeignUnit(NamedTuple):
-    """A unit that is not computed with, and what makes one of it that is."""
+    """A unit that is not computed with, and its factor into one that is."""
 
     name: str
     unit: str
@@ -95,7 +95,7 @@ def canonical_unit(text: object) -> str:
 
 
 def is_unit(text: str) -> bool:
-    """Whether a text is a unit that is known, of a sensor or of what stands beside it."""
+    """Return True if a text is a known unit, of a sensor or of another quantity."""
     return text.strip().lower() in _ALL_UNIT_SPELLINGS
 
 
@@ -129,7 +129,7 @@ def _split_foreign_unit(name: str) -> tuple[str, ForeignUnit | None]:
 
 
 def foreign_unit(names: Sequence[str]) -> ForeignUnit | None:
-    """Return the unit in which columns are by their names, if it is one not computed with."""
+    """Return the unit of columns by their names, if it is one not computed with."""
     return next(
         (foreign for _, foreign in map(_split_foreign_unit, names) if foreign is not None), None
     )
@@ -206,22 +206,22 @@ _ALL_UNIT_SPELLINGS: Final = {
 
 
 def looks_like_gyro(name: str) -> bool:
-    """Whether a column of this name holds an angular rate."""
+    """Return True if a column of this name holds an angular rate."""
     return _kind_of_imu(*split_unit(name)) == "gyro"
 
 
 def looks_like_accelerometer(name: str) -> bool:
-    """Whether a column of this name holds an acceleration."""
+    """Return True if a column of this name holds an acceleration."""
     return _kind_of_imu(*split_unit(name)) == "accel"
 
 
 def looks_like_sensor(name: str) -> bool:
-    """Whether a column of this name holds an angular rate or an acceleration."""
+    """Return True if a column of this name holds an angular rate or an acceleration."""
     return looks_like_gyro(name) or looks_like_accelerometer(name)
 
 
 def _kind_of_imu(stem: str, unit: str | None) -> str | None:
-    """Return the kind of an inertial sensor; of an axis without one the unit tells it."""
+    """Return the kind of an inertial sensor, by the unit if an axis has no sensor's name."""
     kind = parse_name(stem).kind
     return KIND_OF_UNIT.get(unit or "") if kind == "" else kind
 
@@ -230,12 +230,12 @@ _QUATERNION = re.compile(r"quat(ernion)?_?[wxyz]$")
 
 
 def is_quaternion(name: str) -> bool:
-    """Whether a column of this name holds a component of a quaternion."""
+    """Return True if a column of this name holds a component of a quaternion."""
     return _QUATERNION.search(to_snake_case(name)) is not None
 
 
 class Meaning(NamedTuple):
-    """What the name of a column says: the kind of its sensor, which one, and the unit.
+    """Meaning of a column's name: the kind of its sensor, the sensor, and the unit.
 
     Columns of one kind and one ``sensor`` are its axes. Of a gyro, an accelerometer and a
     magnetometer ``words`` has the axis, the stage and the device.
@@ -357,7 +357,7 @@ def meaning_of(name: str) -> Meaning | None:
 
 
 def _split_unit_of_kind(name: str, units: dict[str, str]) -> tuple[str, str | None]:
-    """Return what `split_unit` returns, the units of one kind of sensor being known, too."""
+    """Return name and unit as `split_unit` does, with the units of one kind of sensor as well."""
     bracket = _BRACKETED_UNIT.match(name.strip())
     if bracket and bracket[2].lower() in units:
         return bracket[1], units[bracket[2].lower()]

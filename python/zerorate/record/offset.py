@@ -1,4 +1,4 @@
-"""What is to be added to the times of fixes so that they are on the clock of the sensors."""
+"""Offset to add to the times of fixes, so that they are on the clock of the sensors."""
 
 from __future__ import annotations
 
@@ -11,36 +11,36 @@ from zerorate.record.fixes import Fixes
 from zerorate.views import Result
 
 _SIGNIFICANCE_SIGMAS: Final = 3.0
-"""Deviations beyond which something is told."""
+"""Standard deviations beyond which an offset is reported."""
 
 
 @dataclass(frozen=True)
 class TimeOffset(Result):
-    """A difference of two clocks, as `find_time_offset` returns it.
+    """Offset between two clocks, as `find_time_offset` returns it.
 
     Parameters
     ----------
     seconds : float
-        To be added to the times of the fixes, as those of their positions; NaN if it is not
-        identifiable.
+        Offset to add to the times of the fixes, for their positions; NaN if it is not identifiable.
     sigma : float
         Its standard deviation, s; infinite if it is not identifiable.
     velocity_seconds : float
-        To be added to the times of their velocities, which a receiver may filter on their own; NaN
+        Offset to add to the times of their velocities, which a receiver may filter separately; NaN
         if it is that of the positions.
     velocity_sigma : float
         Its standard deviation, s.
     rate : float
-        Seconds by which the offset grows in a second.
+        Growth of the offset, s per s.
     rate_sigma : float
         Its standard deviation.
     middle : float
-        Time of a fix at which the offsets hold, s.
+        Time of a fix for which the offsets hold, s.
     nis : float
-        Mean normalised innovation squared of a scalar with it, 1 if all is right; NaN if not known.
+        Mean normalised innovation squared of a scalar with this offset, 1 if the model is right;
+        NaN if not known.
     antenna : tuple of float or None
-        From the sensors to the antenna, m forward, right, down, as found with the clock; None if it
-        was not searched.
+        Vector from the sensors to the antenna, m forward, right, down, as found with the clock;
+        None if it was not searched.
     antenna_sigma : tuple of float or None
         Its standard deviations, m.
 
@@ -81,12 +81,12 @@ class TimeOffset(Result):
 
     @property
     def identifiable(self) -> bool:
-        """Whether the record tells it: the vehicle must change its velocity."""
+        """True if the record determines it: the vehicle must change its velocity."""
         return math.isfinite(self.sigma)
 
     @property
     def parts(self) -> tuple[tuple[str, float, float], ...]:
-        """Names, values and deviations of all that is told."""
+        """Names, values and standard deviations of all reported numbers."""
         rows = [("time offset, s", self.seconds, self.sigma)]
         if math.isfinite(self.velocity_seconds):
             rows.append(("of velocities, s", self.velocity_seconds, self.velocity_sigma))
@@ -114,7 +114,7 @@ class TimeOffset(Result):
         )
 
     def differs(self, stated: float, min_difference: float) -> bool:
-        """Whether it is surely another one than is told, by so much at least, s."""
+        """Return True if it surely differs from a stated offset, by at least so many seconds."""
         if not self.identifiable:
             return False
         offsets = [(self.seconds, self.sigma)]

@@ -14,18 +14,18 @@ from zerorate.types import Floats
 
 @dataclass(frozen=True, eq=False)
 class Poses:
-    """Where a body was, and how it was turned.
+    """Positions and orientations of a body.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
         s, increasing.
     position : ndarray, shape (n, 3)
-        In the axes of the earth, m.
+        Position in the axes of the earth, m.
     quaternion : ndarray, shape (n, 4)
         Orientations w, x, y, z, from the body to the earth, of length 1; NaN where not known.
     source : str
-        Where they come from.
+        Source of the poses.
 
     Raises
     ------
@@ -62,11 +62,11 @@ class Poses:
         object.__setattr__(self, "quaternion", normalised)
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of poses."""
         return len(self.time)
 
     def __repr__(self) -> str:
-        """Return how many there are, and over what time."""
+        """Return the number of poses, and their span."""
         first, last = self.time[[0, -1]]
         return f"Poses({len(self)} from {first:.3f} to {last:.3f} s)"
 

@@ -22,14 +22,13 @@ class Recording(Mapping[str, Log]):
     ----------
     logs
         ``"gyro"``, ``"accel"``, ``"mag"``, ``"temperature"``, ``"reference"``, ``"position"`` and
-        what else is known; further ones of a kind are ``"gyro_1"``, ``"gyro_2"`` and so on.
+        others; further ones of a kind are ``"gyro_1"``, ``"gyro_2"`` and so on.
     source
-        Where they come from, in words; nothing is read by it.
+        Source of the logs, in words; nothing is read from it.
     notes
-        Sentences on what was assumed of the whole; those on one log are in ``meta["notes"]`` of
-        that.
+        Sentences on assumptions about the whole; those on one log are in its ``meta["notes"]``.
     supplement
-        What else the source holds, read when first asked for: `fixes`, `mounting`, `device`,
+        Further contents of the source, read at first access: `fixes`, `mounting`, `device`,
         `tables`. ``replace(recording, logs=...)`` keeps it.
 
     Examples
@@ -105,7 +104,7 @@ class Recording(Mapping[str, Log]):
 
     @property
     def fixes(self) -> Fixes | None:
-        """Fixes of the receiver in the source, None without one; read when first asked for.
+        """Fixes of the receiver in the source, None without one; read at first access.
 
         They are those of `zerorate.read_fixes`, of the whole source. LogError if the source has
         places that are no fixes, OSError if it can no longer be read.

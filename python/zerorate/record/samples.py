@@ -63,7 +63,7 @@ class Samples:
         gyro, accel : str
             Names of the sensors; the accelerometer is by default that of the gyro, or the only one.
         mag : bool
-            Whether to take a magnetometer, if there is one.
+            Use a magnetometer, if there is one.
         what : str
             What needs the sensors, for messages.
 
@@ -98,7 +98,7 @@ class Samples:
 
     @property
     def time(self) -> Floats:
-        """When each sample was taken, s, shape (n,)."""
+        """Time of each sample, s, shape (n,)."""
         return self.log.sampled
 
     def align(self, log: Log) -> Floats:
@@ -154,7 +154,7 @@ def _is_same_clock(log: Log, other: Log) -> bool:
 
 
 def _align_to_clock(log: Log, clock: Log) -> tuple[Floats, int]:
-    """Return a log's samples at those of a clock, and how many found no place."""
+    """Return a log's samples at those of a clock, and the number without a match."""
     if _is_same_clock(log, clock):
         return log.data, 0
     rows = np.searchsorted(clock.sampled, log.sampled - _LATE_TOLERANCE / clock.rate)

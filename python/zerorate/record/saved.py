@@ -26,7 +26,7 @@ _TYPE_NAMES: Final = {
 
 
 def as_json(content: dict[str, Any], indent: int | None = 2) -> str:
-    """Return an object as strict JSON, exact to the last bit, null for what is not finite.
+    """Return an object as strict JSON, exact to the last bit, null for numbers that are not finite.
 
     Without `indent` what is deep in it stands on one line each.
     """
@@ -47,7 +47,7 @@ def _lines(value: Any) -> str:  # noqa: ANN401
 
 
 def to_jsonable(value: Any) -> Any:  # noqa: ANN401
-    """Return a value with lists for arrays and None for what JSON has no number for."""
+    """Return a value with lists for arrays and None for numbers that JSON lacks."""
     if isinstance(value, dict):
         return {key: to_jsonable(item) for key, item in value.items()}
     if isinstance(value, np.ndarray | np.generic):
@@ -63,7 +63,7 @@ def fields_of(instance: Any) -> dict[str, Any]:  # noqa: ANN401
 
 
 def restore(source: str | os.PathLike[str], what: str, build: Callable[[object], Built]) -> Built:
-    """Return what is built of the content of a JSON text, which begins with a brace, or of a file.
+    """Return the object built from a JSON text, which begins with a brace, or from a file.
 
     A fault of the text or of what it holds is a ValueError in one sentence, which names the file
     and `what` was expected.
@@ -96,12 +96,12 @@ def check_format(content: object, name: str, version: int, remedy: str = "") -> 
 
 
 def parse_key(content: object, key: str, kind: type) -> Any:  # noqa: ANN401
-    """Return what stands under a key, of a type; ValueError if it is another, or not there."""
+    """Return the value of a key, of a type; ValueError if it is another, or not there."""
     return check_type(key, content.get(key) if isinstance(content, dict) else None, kind)
 
 
 def check_type(key: str, value: object, kind: type) -> Any:  # noqa: ANN401
-    """Return what was found under a key, if it is of a type."""
+    """Return the value of a key, if it is of a type."""
     # JSON may write a whole number without a point, and true is a number to Python alone.
     of_kind = isinstance(value, (int, float) if kind is float else kind)
     if not of_kind or (isinstance(value, bool) and kind is not bool):
@@ -138,7 +138,7 @@ def parse_sentences(content: object, key: str) -> tuple[str, ...]:
 
 
 def from_fields(content: object, build: type[Built]) -> Built:
-    """Return the dataclass whose fields stand in an object, each checked by its annotation."""
+    """Return the dataclass from the fields of an object, each checked by its annotation."""
     hints = get_type_hints(build).items()
     return build(**{name: _READERS[kind](content, name) for name, kind in hints})
 

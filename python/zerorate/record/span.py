@@ -51,11 +51,11 @@ class Span:
 
     @property
     def whole(self) -> bool:
-        """Whether it is all of a log."""
+        """True if it is all of a log."""
         return self.start is None and self.stop is None
 
     def row_range(self, samples: int, rate: float, first_time: float = 0.0) -> range:
-        """Return which of the samples of a log lie in it.
+        """Return the range of a log's samples within the span.
 
         Parameters
         ----------
@@ -83,7 +83,7 @@ class Span:
                 )
 
     def note(self, duration: float) -> str:
-        """Return a sentence on what was read of a log so many seconds long."""
+        """Return a sentence on the part that was read of a log so many seconds long."""
         stop = duration if self.stop is None else self.stop
         return (
             f"read from {self.start or 0:g} s to {stop:.6g} s of {duration:.6g} s, on the clock of "

@@ -1,4 +1,4 @@
-"""What a source holds next to the logs of its sensors, each part read when first asked for."""
+"""Contents of a source next to the logs of its sensors, each part read at first access."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def no_tables(prefixes: tuple[str, ...]) -> Tables:
 
 @dataclass(frozen=True, eq=False)
 class Supplement:
-    """What a source holds next to the logs of its sensors.
+    """Contents of a source next to the logs of its sensors.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class Supplement:
 
     @classmethod
     def of(cls, *, fixes: Fixes | None = None, mounting: Mounting | None = None) -> Supplement:
-        """Return the supplement of what is in memory."""
+        """Return the supplement of objects in memory."""
         return cls(partial(_identity, fixes), partial(_identity, mounting))
 
     @cached_property
@@ -61,7 +61,7 @@ class Supplement:
         return self.read_mounting()
 
     def in_body_axes(self) -> Supplement:
-        """Return what holds once the sensors' axes are those of the body."""
+        """Return the supplement that holds once the sensors' axes are those of the body."""
         return replace(self, read_mounting=partial(_without_rotation, self))
 
 

@@ -61,7 +61,7 @@ _NUMBERED_LETTERS: Final = ("w", "g", "a")
 
 
 class ParsedName(NamedTuple):
-    """What the words of a column's name say, without its unit.
+    """Meaning of the words in a column's name, without its unit.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class ParsedName(NamedTuple):
         ``"gyro"``, ``"accel"``, ``"mag"``, ``""`` for an axis of a sensor that is not named, None
         for what is no component of a sensor.
     axis
-        0, 1, 2 for x, y, z, and None where none is told; ``number`` the last number.
+        0, 1, 2 for x, y, z, and None where none is named; ``number`` the last number.
     stage
         One of `STAGES`, or ``"linear"`` for accelerations that may be without gravity.
     device
@@ -121,7 +121,7 @@ def _split_compound(word: str) -> tuple[str, ...] | None:
 
 @lru_cache(maxsize=4096)
 def parse_name(stem: str) -> ParsedName:
-    """Return what the words of a name without its unit say."""
+    """Return the meaning of the words of a name without its unit."""
     words = list(words_of(stem))
     axis, number, other_words = _find_axis(words)
     roles = {ROLES.get(word) for word in other_words}
@@ -135,7 +135,7 @@ def parse_name(stem: str) -> ParsedName:
 
 
 def _find_axis(words: list[str]) -> tuple[int | None, int | None, list[str]]:
-    """Return the axis that words tell, a number at their end, and the other words."""
+    """Return the axis in words, a number at their end, and the other words."""
     for letters in (_AXIS_LETTERS, _ROTATION_AXES):
         positions = [i for i, word in enumerate(words) if word in letters]
         if len(positions) == 1 or (positions and letters is _AXIS_LETTERS):
@@ -153,7 +153,7 @@ def _find_kind(
     axis: int | None,
     number: int | None,
 ) -> tuple[str | None, set[str]]:
-    """Return the kind of a sensor and the words that tell it."""
+    """Return the kind of a sensor and the words that show it."""
     if roles & {"no", "free"} or ("label" in roles and axis is None):
         return None, set()
     kinds = [kind for kind in ("gyro", "accel", "mag") if kind in roles]
@@ -182,7 +182,7 @@ def _find_kind(
 
 
 def _find_letter_kind(words: list[str], rest: list[str]) -> tuple[str | None, set[str]]:
-    """Return the kind that a letter before an axis tells, maybe with frames between them."""
+    """Return the kind of a letter before an axis, maybe with frames between them."""
     if len(words) > 1 and words[-1].isdigit():
         words = words[:-1]  # the number of a sensor behind its axis: gx1
     before = words[

@@ -1,4 +1,4 @@
-"""Figures of deviation curves: a panel an axis, with bounds and what was fitted."""
+"""Figures of deviation curves: a panel an axis, with bounds and fits."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ def _make_panels(result: Characterisation) -> Iterator[_Panel]:
 
 
 class _Panel(NamedTuple):
-    """What is drawn: the curve of one axis, its model if there is one, and the unit of both."""
+    """Contents of a panel: the curve of one axis, its model if any, and the unit of both."""
 
     curve: AllanResult
     model: NoiseModel | None
@@ -158,7 +158,7 @@ class _Panel(NamedTuple):
 
     @property
     def empty(self) -> bool:
-        """Whether there is no noise to draw."""
+        """True if there is no noise to draw."""
         return not np.any(self.curve.deviation > 0.0)
 
     @property
@@ -206,7 +206,7 @@ class _Window(NamedTuple):
         return cls(times.min() / 1.6, right, low / margin, high * margin)
 
     def shows(self, term: DrawnTerm) -> bool:
-        """Whether the mark of a term lies inside."""
+        """Return True if the mark of a term lies inside."""
         return self.low < term.height < self.high
 
 
@@ -256,7 +256,7 @@ def _draw_row(
 
 
 def _caption(rows: list[list[_Panel]], axes_of_log: int) -> str:
-    """Return what was recorded, and which part of it is shown."""
+    """Return the caption: length and rate of the records, and the part that is shown."""
     panels = [panel for row in rows for panel in row]
     records = dict.fromkeys((panel.curve.duration, panel.curve.rate) for panel in panels)
     lengths = [f"{duration:,.6g} s at {rate:.4g} Hz" for duration, rate in records]
@@ -321,7 +321,7 @@ def _line_style(term: DrawnTerm) -> Style:
 def _write_letter(axes: Axes, term: DrawnTerm, taus: Floats, window: _Window) -> None:
     """Write the letter of a term at its mark, or else where its line is highest inside.
 
-    For those who cannot tell the colours apart.
+    For readers who cannot distinguish the colours.
     """
     from matplotlib.patheffects import withStroke
 
@@ -370,7 +370,7 @@ def _is_record_short(panel: _Panel, window: _Window) -> bool:
 
 
 def _make_key(rows: list[list[_Panel]], windows: list[_Window]) -> list[tuple[Artist, str]]:
-    """Return samples of what is drawn, and of nothing else, with what they mean."""
+    """Return samples of the drawn lines, with their meanings."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -415,7 +415,7 @@ def _has_other_terms(model: NoiseModel) -> bool:
 
 
 def _count_key_columns(key: list[tuple[Artist, str]], width: float) -> int:
-    """Return how many entries of the key fit side by side into so many millimetres."""
+    """Return the number of entries of the key that fit side by side into so many millimetres."""
     longest = max((len(label) for _, label in key), default=1)
     return max(1, min(len(key), floor(width / (_KEY_LETTER * longest + _KEY_SAMPLE))))
 

@@ -9,7 +9,7 @@ from zerorate.noise import AllanResult, Coefficient, NoiseModel
 from zerorate.noise.characterise import Axis, Characterisation, collect_notes
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.quantities import TERMS, Quantity, Term, choose_display_unit, si_unit, term_of
-from zerorate.numerals import format_significant, format_with_error
+from zerorate.numerals import format_significant, format_with_error, shorten
 from zerorate.record.names import looks_like_accelerometer
 from zerorate.show.tables import GAP, align_rows, bullet_list, wrap_prose
 from zerorate.tasks.characterise import Characterised
@@ -73,7 +73,12 @@ def _format_heading(characterisation: Characterisation) -> str:
 def _row_labels(sensor: Characterisation) -> list[str]:
     labels = ["", *(label for term in _terms(sensor) for label in _term_labels(sensor, term))]
     labels += ["Markov noise", "  correlation time"] * _count_markov(sensor)
-    return [*labels, "", "deviation", *(f"  {tau:.4g} s" for tau in _shown_taus(sensor.curve))]
+    return [
+        *labels,
+        "",
+        "deviation",
+        *(f"  {shorten(tau, 4)} s" for tau in _shown_taus(sensor.curve)),
+    ]
 
 
 def _row_units(sensor: Characterisation) -> list[str]:
@@ -133,7 +138,9 @@ def _markov_cells(sensor: Characterisation, model: NoiseModel | None) -> list[st
     if model is None:
         return ["-", "-"] * _count_markov(sensor)
     factor = _walk(sensor).factor
-    pairs = [(_format_coefficient(m.amplitude, factor), f"{m.time:.3g}") for m in model.markov]
+    pairs = [
+        (_format_coefficient(m.amplitude, factor), f"{shorten(m.time, 3)}") for m in model.markov
+    ]
     return [cell for pair in pairs for cell in pair]
 
 
@@ -189,7 +196,7 @@ def _walk(sensor: Characterisation) -> Term:
 def _split_columns(
     labels: Sequence[str], units: Sequence[str], columns: list[list[str]]
 ) -> Iterator[list[list[str]]]:
-    """Yield as many columns at a time as fit beside the labels and units."""
+    """Yield as many columns at a time as fit next to the labels and units."""
     width_left = width() - _max_width(labels) - _max_width(units) - len(GAP)
     part: list[list[str]] = []
     for column in columns:

@@ -61,9 +61,9 @@ class DrawnTerm:
     height : float
         Deviation of the mark.
     inside : bool
-        Whether the curve reaches so far.
+        True if the curve reaches that time.
     identifiable : bool
-        Whether the record determines the coefficient.
+        True if the record determines the coefficient.
     text : str
         Symbol, value with standard error or bound, and unit.
     """
@@ -140,7 +140,7 @@ def _interpolate(tau: float, taus: Floats, line: Floats) -> float:
 
 
 def _unit_scale(curve: AllanResult, shown: DisplayUnit) -> Floats:
-    """Return what an SI deviation of the rate is multiplied by."""
+    """Return the factor for an SI deviation of the rate."""
     scale = shown.factor / si_unit(curve.unit)[0]
     time = curve.taus / math.sqrt(3.0) if KINDS[curve.kind].time else np.ones_like(curve.taus)
     return scale * time

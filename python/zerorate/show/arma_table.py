@@ -29,7 +29,7 @@ def _format_head(model: ArmaModel) -> str:
 
 
 def arma_name(model: ArmaModel) -> str:
-    """Return the order of a model, and where it is from."""
+    """Return the order of a model, and its origin."""
     p, q = model.order
     return f"ARMA({p}, {q}) {'as' if model.method == 'given' else 'by'} {model.method}"
 

@@ -1,4 +1,4 @@
-"""The figure of an array: Allan deviations, and how much each sensor counted over time."""
+"""The figure of an array: Allan deviations, and the weights of sensors over time."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.numerals import shorten
 from zerorate.show.array_table import array_title
 from zerorate.show.scales import robust_limits, split_into_parts, trace_outline
 from zerorate.show.style import (
@@ -173,7 +174,7 @@ def _label_rows(axes: Axes, replay: ArrayReplay) -> None:
 
 
 def _average_over_time(replay: ArrayReplay) -> tuple[Floats, npt.NDArray[np.int8]]:
-    """Return of each while the mean weight where used, times N, and what most samples came to.
+    """Return for each while the mean weight where used, times N, and the class of most samples.
 
     Both have shape (whiles, N). A sensor that was excluded in a while at all is so shown.
     """
@@ -193,9 +194,9 @@ def _average_over_time(replay: ArrayReplay) -> tuple[Floats, npt.NDArray[np.int8
 
 def _make_caption(replay: ArrayReplay) -> str:
     sentences = [
-        "Allan deviations: root mean squares over the axes, at rest, the bias taken off all alike."
+        "Allan deviations: root mean squares over the axes, at rest, all biases subtracted."
         if len(replay.log.axes) == 3
-        else "Allan deviations: at rest, the bias taken off all alike."
+        else "Allan deviations: at rest, all biases subtracted."
     ]
     if replay.allan is not None and replay.log.sensors > 1:
         mean_gain, sensor_gain = (
@@ -204,12 +205,12 @@ def _make_caption(replay: ArrayReplay) -> str:
         seconds = float(replay.allan.taus[replay.allan.second])
         if np.isfinite(sensor_gain):
             sentences.append(
-                f"At {seconds:.3g} s the plain mean has {mean_gain:.2f} times the array's, "
+                f"At {shorten(seconds, 3)} s the plain mean has {mean_gain:.2f} times the array's, "
                 "one sensor "
                 f"{sensor_gain:.2f} times."
             )
     sentences.append(
-        "Weights: at rest by noise, in motion by scale errors, which are alike. Vermilion: "
+        "Weights: at rest by noise, in motion by scale errors, which are equal. Vermilion: "
         "excluded, for it disagreed with the others; yellow: stuck or far off for most of the "
         "while; grey: missing."
     )

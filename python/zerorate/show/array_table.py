@@ -1,4 +1,4 @@
-"""The replay of an array as plain text: how each sensor did, and what the array gains."""
+"""The replay of an array as plain text: results of each sensor, and gain of the array."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from zerorate.array.accelerometers import FusedAccelerometers
 from zerorate.array.rotations import Rotations
-from zerorate.numerals import format_or_dash, format_significant
+from zerorate.numerals import format_or_dash, format_significant, shorten
 from zerorate.show.tables import Table, as_text, bullet_list, wrap_prose
 from zerorate.tasks.array import SAMPLE_FATES, ArrayReplay
 from zerorate.types import Floats
@@ -41,7 +41,7 @@ def format_array(replay: ArrayReplay) -> str:
     ]
     if replay.log.sensors > 1:
         table_rows += [(name, *empty, *_format_numbers(values)) for name, values in totals]
-    # The deviations are what was asked for.
+    # The deviations are the requested result.
     spare = tuple(range(1, len(head)))
     columns = (*head, *_axis_heads(axes))
     table = Table(
@@ -59,10 +59,10 @@ def _axis_heads(axes: Sequence[str]) -> tuple[str, ...]:
 
 
 def array_title(replay: ArrayReplay) -> str:
-    """Return how many sensors and samples there are, and the rate."""
+    """Return the numbers of sensors and samples, and the rate."""
     log = replay.log
     gyros, samples = _count_noun(log.sensors, "gyro"), _count_noun(log.n, "sample")
-    return f"{gyros}, {samples} at {log.rate:.4g} Hz"
+    return f"{gyros}, {samples} at {shorten(log.rate, 4)} Hz"
 
 
 def _count_noun(count: int, thing: str) -> str:
@@ -70,7 +70,7 @@ def _count_noun(count: int, thing: str) -> str:
 
 
 def _sensor_rows(replay: ArrayReplay, kinds: Sequence[int]) -> Iterator[tuple[str, ...]]:
-    """Yield the label of each sensor, what became of its samples, and its weight at rest."""
+    """Yield the label of each sensor, the use of its samples, and its weight at rest."""
     weights = replay.mean_weights.tolist()
     for label, shares, weight in zip(replay.log.labels, replay.shares, weights, strict=True):
         yield label, *map(_format_percent, shares[kinds].tolist()), f"{weight:.3f}"
@@ -84,7 +84,7 @@ def _format_percent(share: float) -> str:
 
 
 def _make_note(replay: ArrayReplay) -> str:
-    """Return what the columns are."""
+    """Return a note on the columns."""
     assert replay.allan is not None
     seconds = format_significant(float(replay.allan.taus[replay.allan.second]))
     columns = ", ".join(_axis_heads(replay.log.axes))
@@ -96,7 +96,7 @@ def _make_note(replay: ArrayReplay) -> str:
 
 
 def _describe_gain(replay: ArrayReplay) -> str:
-    """Return what the array gains over one sensor, and over the plain mean; empty for one alone."""
+    """Return the array's gain over one sensor and over the plain mean; empty for one sensor."""
     assert replay.allan is not None
     sensors = replay.log.sensors
     mean_gain, sensor_gain = (float(gain[-1, replay.allan.second]) for gain in replay.allan.gains())
@@ -150,7 +150,7 @@ def format_accelerometers(replay: ArrayReplay) -> str:
     ]  # fmt: skip
     note = (
         "used and so on: % of the samples. left: RMS difference of the sensor from the array, "
-        "lever arms taken off if they are known. x, y, z: Allan deviation at rest and "
+        "lever arms corrected if they are known. x, y, z: Allan deviation at rest and "
         f"{format_significant(float(allan.taus[at]))} s, {fused.unit}."
     )
     spare = tuple(range(1, len(head)))
@@ -182,19 +182,21 @@ def format_rotations(rotations: Rotations) -> str:
         )
     ]
     head = ("", "angle, deg", "error", "left, %", "axes of the first are nearest to")
-    title = f"Rotations against {rotations.labels[0]}, from {rotations.seconds:.3g} s of motion"
+    title = (
+        f"Rotations against {rotations.labels[0]}, from {shorten(rotations.seconds, 3)} s of motion"
+    )
     return as_text(Table(title, head, tuple(rows)))
 
 
 def _describe_axes(matrix: Floats) -> str:
-    """Return which of a sensor's axes lie along those of the first: ``-y, -x, -z``."""
+    """Return the axes of a sensor that lie along those of the first: ``-y, -x, -z``."""
     nearest = np.argmax(np.abs(matrix), axis=1)
     signs = np.where(matrix[np.arange(3), nearest] < 0.0, "-", "")
     return ", ".join(f"{sign}{'xyz'[i]}" for sign, i in zip(signs, nearest, strict=True))
 
 
 def format_array_replay(replay: ArrayReplay) -> str:
-    """Return how each sensor did, its accelerometers and rotations if there are any, and notes."""
+    """Return the results of each sensor, its accelerometers and rotations if any, and notes."""
     accel = None if replay.accel is None else format_accelerometers(replay)
     rotations = None if replay.rotation_set is None else format_rotations(replay.rotation_set)
     return "\n\n".join(

@@ -1,4 +1,4 @@
-"""The figure of an attitude: angles, how far to trust them, and what was learned of the gyro."""
+"""The figure of an attitude: angles, their standard deviations, and the gyro's learned errors."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from zerorate.attitude.events import KINDS, event_mask
 from zerorate.geometry.rotations import inverse, product, unit
+from zerorate.numerals import shorten
 from zerorate.show.attitude_table import attitude_title
 from zerorate.show.scales import MAX_COLUMNS, column_quantiles, split_into_parts
 from zerorate.show.stack import (
@@ -62,8 +63,8 @@ def plot_attitude(estimate: AttitudeEstimate) -> Figure:
 
     Over one time axis: Euler angles; heading and inclination, each with two standard deviations to
     either side of zero and with its error where there is a reference; the gyro's bias, its scale
-    where that is known, what of its misalignment is told from zero, and, a row each, what the
-    filter did where. Rest is grey, a disturbed field rose.
+    where that is known, the significant elements of its misalignment, and the filter's events, a
+    row each. Rest is grey, a disturbed field rose.
     """
     panels: list[Callable[[Axes, _Course], None]] = [_draw_angles]
     course = _Course(estimate)
@@ -92,7 +93,7 @@ def plot_attitude(estimate: AttitudeEstimate) -> Figure:
 
 
 class _Course:
-    """What all panels ask of an estimate: times in the unit of the axis, and few of them.
+    """Times of an estimate for all panels, in the unit of the axis, and few of them.
 
     Parameters
     ----------
@@ -111,7 +112,7 @@ class _Course:
 
     @property
     def has_sigmas(self) -> bool:
-        """Whether the method knows how far its angles are to be trusted."""
+        """True if the method estimates standard deviations of its angles."""
         return bool(np.isfinite(self.estimate.heading_sigma).all())
 
     def at(self, indices: Floats) -> Floats:
@@ -120,12 +121,12 @@ class _Course:
 
 
 def _describe_end(course: _Course) -> str:
-    """Return where it points at the end, and how far it is off where that is known."""
+    """Return the orientation at the end, and its standard deviations where they are known."""
     estimate = course.estimate
     roll, pitch, yaw = np.degrees(estimate.euler[-1])
     tilt, heading = np.degrees((estimate.tilt_sigma[-1], estimate.heading_sigma[-1]))
-    known = f" ± {BAND_SIGMAS * heading:.2g}" if course.has_sigmas else ""
-    level = f" ± {BAND_SIGMAS * tilt:.2g}" if course.has_sigmas else ""
+    known = f" ± {shorten(BAND_SIGMAS * heading)}" if course.has_sigmas else ""
+    level = f" ± {shorten(BAND_SIGMAS * tilt)}" if course.has_sigmas else ""
     sentence = (
         f"At the end: yaw {yaw:.1f}{known}, pitch {pitch:.1f}{level}, roll {roll:.1f}{level} deg."
     )
@@ -133,7 +134,7 @@ def _describe_end(course: _Course) -> str:
         return sentence
     squares = np.nanmean(course.errors**2, axis=0)
     heading, tilt = np.sqrt((squares[0], squares[1] + squares[2]))
-    return f"{sentence} Off by {heading:.2g} in heading, {tilt:.2g} in inclination (RMS)."
+    return f"{sentence} Off by {shorten(heading)} in heading, {shorten(tilt)} in inclination (RMS)."
 
 
 def _make_caption(estimate: AttitudeEstimate) -> str:
@@ -146,7 +147,7 @@ def _make_caption(estimate: AttitudeEstimate) -> str:
     if not estimate.mag:
         sentences.append("Without a magnetometer the heading is against the start.")
     if np.isfinite(estimate.gyro_matrix_sigma).all() and not _significant_elements(estimate):
-        sentences.append("No misalignment of the gyro is told from zero.")
+        sentences.append("No misalignment of the gyro is significant.")
     if estimate.reference is not None:
         sentences.append("Errors: against the recording's reference.")
     return " ".join(sentences)
@@ -268,7 +269,7 @@ def signed_errors(quaternions: Floats, reference: Floats, *, relative: bool = Fa
     heading = 2.0 * np.arctan2(z, w)
     vertical = np.hypot(w, z)
     tilt = 2.0 * np.arctan2(np.hypot(x, y), vertical)
-    # The level axis, once the turn about the vertical is taken off.
+    # The level axis, without the rotation about the vertical.
     level = np.stack((w * x - y * z, w * y + x * z), axis=1)
     size = np.linalg.norm(level, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -298,14 +299,14 @@ def _draw_scale(panel: Axes, course: _Course) -> None:
 
 
 def _draw_misalignment(panel: Axes, course: _Course) -> None:
-    """Draw the elements that the end tells from zero: all six would lie over one another."""
+    """Draw the elements that are significant at the end: all six would overlap."""
     _draw_elements(panel, course, _CROSS_ELEMENTS, _significant_elements(course.estimate))
     write_head(panel, "of its axes [%]")
     write_names(panel, 7)
 
 
 def _significant_elements(estimate: AttitudeEstimate) -> _Elements:
-    """Return the elements off the diagonal that the end tells from zero."""
+    """Return the elements off the diagonal that are significant at the end."""
     sizes = np.abs(estimate.gyro_matrix) / estimate.gyro_matrix_sigma
     return tuple(at for at in _CROSS_ELEMENTS if sizes[at] > BAND_SIGMAS)
 
@@ -326,7 +327,7 @@ def _draw_elements(panel: Axes, course: _Course, elements: _Elements, drawn: _El
 
 
 def _fit_scale(panel: Axes, values: Floats, sigmas: Floats) -> None:
-    """Scale a panel to what is known after the first tenth."""
+    """Scale a panel to the estimates after the first tenth."""
     late = slice(len(values) // 10, None)
     low = float(np.nanmin((values - BAND_SIGMAS * sigmas)[late]))
     high = float(np.nanmax((values + BAND_SIGMAS * sigmas)[late]))

@@ -1,4 +1,4 @@
-"""An attitude as plain text: where it points, how far to trust it, what was learned, its errors."""
+"""An attitude as plain text: direction, standard deviations, learned errors, true errors."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def format_attitude(estimate: AttitudeEstimate) -> str:
 
 
 def attitude_title(estimate: AttitudeEstimate) -> str:
-    """Return what an attitude is of, and how it was found."""
+    """Return the title of an attitude: its source, sensors and method."""
     axes = "nine axes" if estimate.mag else "six axes"
     offline_text = ", offline" if estimate.offline else ""
     name = Path(estimate.source).name
@@ -61,7 +61,7 @@ def _format_parts(estimate: AttitudeEstimate) -> Iterator[str]:
 
 
 def _make_angles_table(estimate: AttitudeEstimate) -> Table:
-    # Before the mean force of the first second nothing is known of any angle.
+    # Before the mean force of the first second no angle is known.
     first_row = min(round(_SETTLED_AFTER_S * estimate.rate), estimate.n - 1)
     first, last = np.degrees(estimate.euler[[first_row, -1]])
     ends = [(f"{a:.2f}", f"{b:.2f}") for a, b in zip(first, last, strict=True)]

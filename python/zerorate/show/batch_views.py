@@ -1,4 +1,4 @@
-"""What became of the logs of a batch, and which stand out from the others."""
+"""Tables of a batch: the status of each log, and outliers among them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _MAX_BARS: Final = 12
 
 
 def format_batch(result: BatchResult) -> str:
-    """Return how many logs are done, why others failed, and what is seen in them."""
+    """Return the counts of logs by status, the errors of failed ones, and the findings."""
     parts = (
         (_format_counts, _format_reports)
         if result.command == "report"
@@ -57,7 +57,7 @@ def _format_counts(result: BatchResult) -> Iterator[str]:
 
 
 def _format_reports(result: BatchResult) -> Iterator[str]:
-    """Yield a row for each log that needs a person, what needs one most first."""
+    """Yield a row for each log that needs a person, the most urgent first."""
     logs = summarise_logs(result.outcomes)
     urgent = [log for log in logs if log.act or log.look]
     yield _wrap_line(summary_line(logs))
@@ -78,7 +78,7 @@ def _format_notes(result: BatchResult) -> Iterator[str]:
 
 
 def _format_fleet(result: BatchResult) -> Iterator[str]:
-    """Yield which logs stand out, and how many could not be compared."""
+    """Yield the outliers among the logs, and the count of those that could not be compared."""
     fleet, compared = result.fleet, [item for item in result.outcomes if item.rows]
     unjudged = {log for log, _ in fleet.untested_axes}
     if unjudged:

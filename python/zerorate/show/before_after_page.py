@@ -31,7 +31,7 @@ _MAX_CHANGES: Final = 12
 
 
 def format_before_after(comparison: BeforeAfter) -> str:
-    """Return the summary, and what is new, gone, worse, better or different."""
+    """Return the summary, and the new, gone, worse, better or different findings."""
     lines = [
         wrap_prose(
             f"{_log_name(comparison.before)} and {_log_name(comparison.after)}: "
@@ -104,7 +104,7 @@ def _make_body(comparison: BeforeAfter) -> Iterator[str]:
     if unchanged:
         yield (
             '<section id="alike">\n<h2>What is '
-            f"alike</h2>\n<details><summary>{len(unchanged)} findings"
+            f"the same</h2>\n<details><summary>{len(unchanged)} findings"
             f"</summary>{_make_table(comparison, unchanged)}</details>\n</section>"
         )
     sides = (("before", comparison.before), ("after", comparison.after))

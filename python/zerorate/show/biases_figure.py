@@ -1,4 +1,4 @@
-"""The figure of several replays: how the bias of each log ran, axis by axis."""
+"""The figure of several replays: the bias of each log over time, axis by axis."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def plot_replays(replays: Replays) -> Figure:
 def plot_biases(replays: Mapping[str, Summary]) -> Figure:
     """Return the biases of several logs over the time since each began.
 
-    A panel an axis, a column of a page wide; colours begin anew after six logs.
+    A panel an axis, a column of a page wide; colours repeat after six logs.
 
     `replays`: by the names of the logs; those whose unit is not that of the first are left out.
     Axes are compared in their order, the first six.
@@ -81,6 +81,7 @@ def plot_biases(replays: Mapping[str, Summary]) -> Figure:
         _fit_scale(panel, replays, i)
         write_head(panel, f"{split_unit(label)[0]} [{unit_of_data}]")
     write_names(stack.panels[0], 3)
+    stack.share_scale(stack.panels)
     share_time_axis(stack.panels, 0.0, longest / length, unit)
     return stack.finish(f"{len(replays)} log{'s' if len(replays) > 1 else ''}", 0.0, 0.0)
 
@@ -93,7 +94,7 @@ def _draw(panel: Axes, replay: Summary, axis: int, length: float, colour: str, n
 
 
 def _fit_scale(panel: Axes, replays: Mapping[str, Summary], axis: int) -> None:
-    """Give a panel the scale of what is known of a bias, not of what its start did not know."""
+    """Set a panel's scale by the converged bias, not by its uncertain start."""
     histories = [
         history.history for history in replays.values() if axis < len(history.header.names)
     ]
@@ -109,7 +110,7 @@ def _fit_scale(panel: Axes, replays: Mapping[str, Summary], axis: int) -> None:
 
 
 def _band_edges(bias: Floats, sigma: Floats) -> list[float]:
-    """Return where the band lies while the bias is about as well known as at the end."""
+    """Return the edges of the band while the bias is about as well known as at the end."""
     finite = np.isfinite(bias) & np.isfinite(sigma)
     known = finite & (sigma <= _MAX_SIGMA_RATIO * sigma[finite][-1]) if finite.any() else finite
     return [*(bias[known] - 2.0 * sigma[known]), *(bias[known] + 2.0 * sigma[known])]

@@ -40,7 +40,7 @@ def _format_row(comparison: CalibrationComparison, p: MovedParameter) -> str:
 
 
 def _choose_unit(name: str, gyro_unit: str, accel_unit: str) -> tuple[float, float, str]:
-    """Return what a parameter is multiplied by, less an offset, to be in a unit, and the unit."""
+    """Return a parameter's factor and offset into a unit, and the unit."""
     sensor, part, axes = name.split(".")
     raw = gyro_unit if sensor == "gyro" else accel_unit
     known = raw in UNITS

@@ -1,4 +1,4 @@
-"""The figure of a calibration: what it was made of, what it gained, and how well it is known."""
+"""The figure of a calibration: its data, its gain, and its errors."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from zerorate.numerals import shorten
 from zerorate.show.calibration_panels import (
     draw_deviations,
     draw_log,
@@ -40,7 +41,7 @@ def plot_calibration(
 
     The raw log of the accelerometer with its rests; poses on the sphere, and where there are none;
     norm and carry error, rest by rest and turn by turn, before and after; scale error and
-    misalignment with their errors; and how much the record tells of each parameter.
+    misalignment with their errors; and the information of the record on each parameter.
 
     `recording`: what it was found from: shown above all else, with the rests. `everything`: also
     the raw log of the gyro.
@@ -89,13 +90,16 @@ def plot_calibration(
 
 
 def _describe_result(calibration: Calibration) -> str:
-    """Return whether it is valid, and what gravity showed before and after."""
+    """Return the verdict on validity, and gravity's errors before and after."""
     before, after = 1e3 * calibration.norm_error_raw, 1e3 * calibration.norm_error
     sentence = describe_verdict(calibration)
     sentence = f"{sentence[0].upper()}{sentence[1:]}"
     if not (np.isfinite(before) and np.isfinite(after)):
         return f"{sentence}."
-    return f"{sentence}: gravity at rest within {before:.3g} mg before, {after:.3g} mg after (RMS)."
+    return (
+        f"{sentence}: gravity at rest within {shorten(before, 3)} mg before, "
+        f"{shorten(after, 3)} mg after (RMS)."
+    )
 
 
 def _make_caption(with_log: bool) -> str:

@@ -298,5 +298,5 @@ def name_elements(axes: Axes) -> None:
 
 
 def name_groups(axes: Axes) -> None:
-    """Write which parameters the points are of."""
+    """Write the names of the parameters that the points show."""
     axes.set_xticks(range(len(_GROUPS)), _GROUPS)

@@ -1,4 +1,4 @@
-"""A calibration as plain text: whether it is valid, every number with its error, and advice."""
+"""A calibration as plain text: its verdict, every number with its error, and advice."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _FRAMES: Final = {
 
 
 def describe_verdict(calibration: Calibration) -> str:
-    """Return whether a calibration is valid, and if not why, in one sentence."""
+    """Return the verdict on a calibration, with the reason if it is not valid, in one sentence."""
     if calibration.valid:
         return "the calibration is valid"
     first, *more = calibration.problems
@@ -43,7 +43,7 @@ def describe_verdict(calibration: Calibration) -> str:
 def format_calibration(calibration: Calibration) -> str:
     """Return the tables of a calibration, at most `WIDTH` columns wide.
 
-    First whether it is valid, then what is wrong before any number, each sensor, the rotation
+    First the verdict, then problems before any number, each sensor, the rotation
     between them, errors before and after, rests and turns, advice.
     """
     return "\n\n".join(filter(None, _format_parts(calibration)))
@@ -65,7 +65,7 @@ def _format_parts(calibration: Calibration) -> Iterator[str]:
 
 
 def format_corrected(found: Corrected) -> str:
-    """Return what was corrected, and by which calibration."""
+    """Return the notes on the correction, with its calibration."""
     return bullet_list(found.notes)
 
 
@@ -202,7 +202,7 @@ def _format_number(value: float) -> str:
 
 
 def _list_material(calibration: Calibration) -> str:
-    """Return what the calibration was made of, and what was left out or is odd, with reasons."""
+    """Return the data of the calibration, and those left out or odd, with reasons."""
     counts = [
         _count_used("rest", calibration.rests),
         _count_used("turn", calibration.turns),

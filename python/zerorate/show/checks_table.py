@@ -1,4 +1,4 @@
-"""A check of a recording as plain text: what is mistaken, what is seen, what is not."""
+"""A check of a recording as plain text: mistakes, confirmed axes, open questions."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MAX_LISTED: Final = 3
 
 
 def format_checks(checks: Checks) -> str:
-    """Return what a check has found; what is mistaken comes first, a line each."""
+    """Return the findings of a check; alarms come first, a line each."""
     return "\n\n".join(filter(None, ("\n".join(checks.alarms), *_format_parts(checks))))
 
 

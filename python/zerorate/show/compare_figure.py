@@ -43,7 +43,7 @@ _MIN_LOG_RATIO: Final = 20.0
 
 
 class _Method(NamedTuple):
-    """A method and what it reached by each measure, axis by axis."""
+    """A method and its results by each measure, axis by axis."""
 
     name: str
     values: tuple[tuple[float, ...], ...]
@@ -62,7 +62,7 @@ def plot_compared(result: Compared) -> Figure:
 
 
 def plot_compare(comparison: Comparison) -> Figure:
-    """Return how each method did, by the measures that its kind of recording is judged by first.
+    """Plot each method's score by the measures that decide for its kind of recording.
 
     A panel a measure, three at most, with a row a method: a dot an axis, and a bar and a number for
     their mean; in colour the best, by the first measure, of those that use no later sample.
@@ -118,7 +118,7 @@ def _finite_values(measure: Measure, rows: Sequence[Row]) -> list[float]:
 
 
 def _find_best(methods: Sequence[_Method], measures: Sequence[Measure]) -> int | None:
-    """Return which of the methods that see no later sample does best by the first measure."""
+    """Return the index of the best causal method by the first measure."""
     if not measures:
         return None
     means = {i: method.mean(0) for i, method in enumerate(methods) if _is_causal(method)}
@@ -127,7 +127,7 @@ def _find_best(methods: Sequence[_Method], measures: Sequence[Measure]) -> int |
 
 
 def _is_causal(method: _Method) -> bool:
-    """Return whether no dagger stands at a method."""
+    """Return True if a method has no dagger."""
     return method.name[-1] not in "†‡"
 
 

@@ -30,7 +30,7 @@ class Measure:
     ideal : float
         The value of a perfect filter; the worst axis is that farthest from it.
     of_one : bool
-        Whether it can be compared only within one recording, so that it stands in tables of one
+        True if it can be compared only within one recording, so that it is in tables of one
         axis only.
     """
 
@@ -41,12 +41,12 @@ class Measure:
     of_one: bool = False
 
     def of(self, row: Row) -> float:
-        """Return what is shown of a row."""
+        """Return the value shown of a row."""
         known = self.factor if row.angle == "rad" else 1.0
         return known * row.values.get(self.name, math.nan)
 
     def badness(self, value: float) -> float:
-        """Return how far a value shown is from ideal; twice is as far as half."""
+        """Return the distance of a shown value from its ideal; twice is as far as half."""
         if self.ideal == 0.0:
             return abs(value)
         return abs(math.log(value / self.ideal)) if value > 0.0 else math.inf
@@ -163,7 +163,7 @@ _ACAUSAL_NOTE: Final = (
     "rest after it"
 )
 _CONTAMINATION_NOTE: Final = (
-    "fed with the contaminated record and judged by the clean one; /clean: error over that of the "
+    "fed with the contaminated record and scored on the clean one; /clean: error over that of the "
     "same method fed with the clean record"
 )
 
@@ -186,7 +186,7 @@ _LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
     ),
     "orientation": (
         "mean angle between gyro and reference after so many seconds of integration; first rest: "
-        "the mean of the first ten seconds is taken for the bias",
+        "the mean of the first ten seconds is the bias",
     ),
     "attitude": (
         "RMS angles between filter and reference while that turns; nine axes: with magnetometer; "
@@ -201,7 +201,7 @@ def format_compare(comparisons: Sequence[Comparison], per_axis: bool = False) ->
 
     A dash stands where a number means nothing.
 
-    `per_axis`: whether every axis has tables of its own; by default each number is the mean over
+    `per_axis`: give every axis tables of its own; by default each number is the mean over
     all axes of all recordings of the kind, with that of the worst axis next to it.
     """
     return "\n\n".join(
@@ -210,7 +210,7 @@ def format_compare(comparisons: Sequence[Comparison], per_axis: bool = False) ->
 
 
 def leading_section(comparison: Comparison) -> Section:
-    """Return the measures by which recordings of this kind are judged first."""
+    """Return the measures that come first for recordings of this kind."""
     section = _SECTIONS[comparison.kind][0]
     return (
         section
@@ -249,7 +249,7 @@ def _format_parts(comparison: Comparison, per_axis: bool) -> Iterator[str]:
 
 
 def _explain_marks(comparison: Comparison) -> Iterator[str]:
-    """Yield what needs a word where it stands in a table."""
+    """Yield explanations of the marks in a table."""
     if comparison.contamination is None and any(map(_has_nis, comparison.rows)):
         yield _NIS_NOTE
     if HINDSIGHT_METHOD in comparison.methods:
@@ -262,7 +262,7 @@ def _has_nis(row: Row) -> bool:
 
 
 def explain_acausal(causal: Mapping[str, bool]) -> Iterator[str]:
-    """Yield what the mark means where a method has it, and how it was found of a user's own."""
+    """Yield the meaning of the mark where a method has it, and the reason for a user's own."""
     acausal = [method for method, known in causal.items() if not known]
     if acausal:
         yield _DOUBLE_DAGGER_NOTE
@@ -339,10 +339,10 @@ def _drop_empty_rows(lines: Iterable[tuple[str, ...]]) -> tuple[tuple[str, ...],
 
 
 def method_label(rows: Sequence[Row]) -> str:
-    """Return what the rows of one method are called."""
+    """Return the label of a method, from its rows."""
     return mark_method(rows[0].method, all(row.causal for row in rows))
 
 
 def mark_method(method: str, causal: bool) -> str:
-    """Return the name of a method with a dagger if it knows what no filter does."""
+    """Return the name of a method with a dagger if it uses later samples or the truth."""
     return f"{method}{'†' if method == HINDSIGHT_METHOD else '' if causal else '‡'}"

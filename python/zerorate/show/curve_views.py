@@ -9,7 +9,7 @@ import numpy as np
 
 from zerorate.noise.model import NoiseModel
 from zerorate.noise.quantities import TERMS, choose_display_unit, si_unit
-from zerorate.numerals import format_significant
+from zerorate.numerals import format_significant, shorten
 from zerorate.show.arma_table import arma_name
 from zerorate.show.style import (
     AXIS_COLOURS,
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from zerorate.noise.result import AllanResult
 
 _CURVE_STYLES: Final = [(colour, way) for way in ("-", "--", ":") for colour in AXIS_COLOURS]
-"""Of curves one after the other: three colours that all can tell apart, then other strokes."""
+"""Colours of successive curves: three that all can distinguish, then other strokes."""
 # Millimetres.
 _WIDTH, _HEIGHT, _LEFT, _BELOW, _ABOVE = 100.0, 70.0, 16.0, 10.0, 8.0
 _UNITS: Final = {"angular rate": "rad/s", "acceleration": "m/s²", "unknown": "unit"}
@@ -44,7 +44,7 @@ def format_allan_result(result: AllanResult) -> str:
     shown = choose_display_unit(result)
     head = ("tau, s", *(name or "deviation" for name in result.names))
     rows = tuple(
-        (f"{tau:.4g}", *(_format_bounded(axis, i, shown.factor) for axis in result.axes))
+        (f"{shorten(tau, 4)}", *(_format_bounded(axis, i, shown.factor) for axis in result.axes))
         for i, tau in enumerate(result.taus)
     )
     title = f"{result.kind}, {shown.unit}: deviation (bounds at {100.0 * result.confidence:g} %)"
@@ -65,7 +65,7 @@ def format_dynamic(result: DynamicAllan) -> str:
     """Return, at each averaging time, the least, middle and largest deviation of all windows."""
     shown = choose_display_unit(result)
     rows = tuple(
-        (f"{tau:.4g}", *_format_spread(shown.factor * values))
+        (f"{shorten(tau, 4)}", *_format_spread(shown.factor * values))
         for tau, values in zip(result.taus, result.deviation.T, strict=True)
     )
     title = f"{result.kind}, {shown.unit}, in {len(result.times)} windows of {result.window:g} s"
@@ -145,7 +145,11 @@ def format_allan_covariance(result: AllanCovariance) -> str:
     deviations = np.sqrt(np.einsum("tii->ti", result.matrix))
     pairs = result.correlation[:, *np.triu_indices(len(result.names), 1)]
     rows = tuple(
-        (f"{tau:.4g}", *(format_significant(float(one)) for one in row), _format_mean(of_pairs))
+        (
+            f"{shorten(tau, 4)}",
+            *(format_significant(float(one)) for one in row),
+            _format_mean(of_pairs),
+        )
         for tau, row, of_pairs in zip(result.tau, deviations, pairs, strict=True)
     )
     unit = si_unit(result.unit)[1] if result.unit == "unit" else result.unit

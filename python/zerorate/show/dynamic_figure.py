@@ -32,7 +32,7 @@ _BAR_MM: Final = (106.0, 15.0, 3.5, 52.0)
 def plot_dynamic(result: DynamicAllan) -> Figure:
     """Return the map of a dynamic deviation: time across, averaging time up, size as colour.
 
-    Colours of equal steps to the eye that colour-blind readers can tell apart, on a logarithmic
+    Colours of equal steps to the eye that colour-blind readers can distinguish, on a logarithmic
     scale.
 
     `result`: missing values are grey.
@@ -75,7 +75,7 @@ def plot_dynamic(result: DynamicAllan) -> Figure:
 
 
 def _caption(result: DynamicAllan) -> str:
-    """Return how long a window is, and what is grey."""
+    """Return the length of a window, and the reasons for grey."""
     reasons = ["no window is centred there"]
     if not np.all(result.deviation > 0.0):
         reasons.append("no deviation, for gaps or constant samples")

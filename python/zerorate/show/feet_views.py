@@ -29,7 +29,7 @@ _MAX_POINTS = 4000
 
 
 def format_feet(feet: Feet) -> str:
-    """Return what differs between both feet as text."""
+    """Return the differences between both feet as text."""
     summary = wrap_prose(
         f"Two feet: {feet.left.distance:.1f} m left, {feet.right.distance:.1f} m right; "
         f"{feet.bound_count} times at the bound of {feet.distance:g} m between them"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from zerorate.numerals import shorten
 from zerorate.show.scales import MAX_COLUMNS, split_into_parts
 from zerorate.show.stack import (
     BAND_SIGMAS,
@@ -72,8 +73,8 @@ def _describe_end(track: FootTrack) -> str:
         return "Unknown."
     sigma = BAND_SIGMAS * track.sigma[navigating[-1]]
     return (
-        f"{track.distance:.1f} m; at the end within {np.hypot(*sigma[:2]):.2g} m and "
-        f"{np.degrees(sigma[8]):.2g} deg of heading (2σ)."
+        f"{track.distance:.1f} m; at the end within {shorten(np.hypot(*sigma[:2]))} m and "
+        f"{shorten(np.degrees(sigma[8]))} deg of heading (2σ)."
     )
 
 

@@ -1,4 +1,4 @@
-"""The track of a foot as plain text: how far, where it ends, its strides."""
+"""The track of a foot as plain text: its distance, its end, its strides."""
 
 from __future__ import annotations
 

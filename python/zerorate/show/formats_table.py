@@ -1,4 +1,4 @@
-"""Formats that are read, and what a file is taken for, as plain text."""
+"""Formats that are read, and the explanation of a file, as plain text."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _describe_extra(known_format: FormatSupport) -> str:
 
 
 def format_explanation(explanation: Explanation) -> str:
-    """Return what a file is taken for: its format and why, its logs, its columns, notes."""
+    """Return the explanation of a file: its format and why, its logs, its columns, notes."""
     parts = [
         wrap_prose(
             f"{Path(explanation.source).name} is read as {explanation.format}: "

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from zerorate.identification.conclusions import model_name
 from zerorate.identification.identification import Identification
-from zerorate.numerals import format_significant
+from zerorate.numerals import format_significant, shorten
 from zerorate.show.identify_panels import (
     draw_acf,
     draw_ar_orders,
@@ -119,7 +119,7 @@ def _add_panel(
 
 
 def _describe_model(identification: Identification) -> str:
-    """Return the model, and whether it leaves white residuals."""
+    """Return the model, and True if it leaves white residuals."""
     p = identification.whiteness.ljung_box.p_value
     verdict = "what it leaves may be white" if p > _SIGNIFICANCE else "what it leaves is not white"
     name = model_name(identification.model.order)
@@ -171,7 +171,8 @@ def _make_caption(identification: Identification) -> str:
     record = identification.record
     margin = identification.arma_orders.margin
     return (
-        f"{record.sample_count:,} samples at {record.rate:.4g} Hz. Grey bands: 95 % bounds of "
+        f"{record.sample_count:,} samples at {shorten(record.rate, 4)} Hz. Grey bands: 95 % "
+        "bounds of "
         f"white noise; criteria within {margin:g} of the least. Hollow: the least of a criterion; "
         "filled: the clear choice. Coloured bands, bottom right: the offline values ± one standard "
         "error; what is learned online, in one pass, comes near them with time, and need not have "

@@ -49,7 +49,7 @@ _MARKS = ("o", "s", "^", "D", "v", "P")
 
 
 def draw_series(axes: Axes, identification: Identification) -> None:
-    """Draw what was modelled with all its peaks, the means of its segments, and its motion."""
+    """Draw the modelled record with all its peaks, the means of its segments, and its motion."""
     data, rate = identification.prepared.data, identification.rate
     duration = data.size / rate
     unit, seconds = time_unit(duration)
@@ -77,7 +77,7 @@ def draw_series(axes: Axes, identification: Identification) -> None:
 
 
 def draw_spectrum(axes: Axes, identification: Identification) -> None:
-    """Draw the averaged periodogram of what was modelled, and the spectra of the models."""
+    """Draw the averaged periodogram of the modelled record, and the spectra of the models."""
     axes.set_title("spectrum")
     rate = identification.rate
     try:
@@ -159,13 +159,13 @@ def _online_limits(online: OnlineFit, known: Floats) -> tuple[float, float]:
 
 
 def draw_acf(axes: Axes, identification: Identification) -> None:
-    """Draw the autocorrelation of what was modelled."""
+    """Draw the autocorrelation of the modelled record."""
     axes.set_title("autocorrelation of the record")
     _draw_lags(axes, identification.correlogram, identification.correlogram.acf, BLUE)
 
 
 def draw_pacf(axes: Axes, identification: Identification) -> None:
-    """Draw the partial autocorrelation of what was modelled."""
+    """Draw the partial autocorrelation of the modelled record."""
     axes.set_title("partial autocorrelation")
     _draw_lags(axes, identification.correlogram, identification.correlogram.pacf, BLUE)
 
@@ -228,7 +228,7 @@ def _draw_lags(axes: Axes, correlogram: Correlogram, values: Floats, colour: str
 
 
 def draw_ar_orders(axes: Axes, identification: Identification) -> None:
-    """Draw how far the criterion of each AR order is above the least."""
+    """Draw the excess of the criterion of each AR order over the least."""
     axes.set_title("orders of AR models")
     _draw_orders(axes, identification.ar_orders)
 

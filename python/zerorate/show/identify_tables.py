@@ -1,4 +1,4 @@
-"""The tables of an identification, for text and page alike, and its plain text."""
+"""The tables of an identification, for text and page, and its plain text."""
 
 from collections.abc import Iterator, Sequence
 from typing import Final

@@ -44,7 +44,7 @@ _MAX_PARAMETERS: Final = 24
 
 
 class _Row(NamedTuple):
-    """A number with its standard error (0 without one), and whether it stands out."""
+    """A number with its standard error (0 without one), and a flag to highlight it."""
 
     name: str
     value: float
@@ -73,7 +73,7 @@ def plot_fitted_rate(result: FittedRate) -> Figure:
 
 
 def plot_comparison(result: CalibrationComparison) -> Figure:
-    """Return by how many standard errors each parameter has moved."""
+    """Plot the change of each parameter in standard errors."""
     comparable = [p for p in result.parameters if not math.isnan(p.z)]
     farthest = sorted(comparable, key=lambda p: -abs(p.z))[:_MAX_PARAMETERS]
     rows = tuple(_Row(p.name, p.z, 0.0, p.moved) for p in farthest)
@@ -105,7 +105,7 @@ def plot_time_offset(result: TimeOffset) -> Figure:
 
 
 def plot_rotations(result: Rotations) -> Figure:
-    """Return by what angle each sensor is turned, with its error, and what is left."""
+    """Plot the rotation angle of each sensor, with its error, and the residual."""
     angles = zip(result.labels, result.angles, result.sigma_deg, strict=True)
     residuals = zip(result.labels, 100.0 * result.residuals, strict=True)
     groups = (
@@ -118,7 +118,7 @@ def plot_rotations(result: Rotations) -> Figure:
 
 
 def plot_virtual_gyro(result: VirtualGyro) -> Figure:
-    """Return the weight of each gyro, and what the weights gain over the plain mean."""
+    """Plot the weight of each gyro, and the gain of the weights over the plain mean."""
     plain_weight = 1.0 / len(result.weights)
     rows = tuple(_Row(f"gyro {k}", float(w)) for k, w in enumerate(result.weights))
     gain = _Row("gain", result.gain, _finite_or_zero(result.gain_error))
@@ -130,7 +130,7 @@ def plot_virtual_gyro(result: VirtualGyro) -> Figure:
 
 
 def format_virtual_gyro(result: VirtualGyro) -> str:
-    """Return the weight of each gyro, and what the weights gain over the plain mean."""
+    """Return the weight of each gyro, and the gain of the weights over the plain mean."""
     rows = tuple((f"gyro {k}", f"{w:.4f}") for k, w in enumerate(result.weights))
     gain = format_with_error(result.gain, result.gain_error)
     note = f"Its deviation over {result.horizon:g} s is that of the plain mean over {gain}."

@@ -15,13 +15,21 @@
     return { pen: pen, width: width, height: height };
   }
 
-  // Least and greatest of what is drawn, a little apart where it is one number.
+  // Least and greatest of what is drawn, a little apart where it is one number. Of a band that was
+  // far wider than now, as at the start, the value counts alone.
   function limits(key, spread) {
-    var low = Infinity, high = -Infinity;
+    var low = Infinity, high = -Infinity, last = views[views.length - 1];
     views.forEach(function (view) {
       view[key].forEach(function (value, i) {
-        var more = spread ? 2 * (view[spread][i] || 0) : 0;
-        if (value !== null) { low = Math.min(low, value - more); high = Math.max(high, value + more); }
+        if (value === null) { return; }
+        var more = 0;
+        if (spread && view[spread][i] !== null) {
+          var now = last[spread][i];
+          more = 2 * (now === null ? view[spread][i] : Math.min(view[spread][i], 1.5 * now));
+          if (now !== null && view[spread][i] > 4 * now) { return; }
+        }
+        low = Math.min(low, value - more);
+        high = Math.max(high, value + more);
       });
     });
     if (low > high) { return [-1, 1]; }
@@ -29,13 +37,35 @@
     return [low - margin, high + margin];
   }
 
+  // Multiples of 1, 2 or 5 times a power of ten, about four.
+  function ticks(range) {
+    var rough = (range[1] - range[0]) / 4, power = Math.pow(10, Math.floor(Math.log10(rough))), found = [];
+    var step = power * [1, 2, 5, 10].filter(function (k) { return k * power >= 0.999 * rough; })[0];
+    for (var k = Math.ceil(range[0] / step); k * step <= range[1]; k += 1) { found.push(k * step); }
+    return { step: step, values: found };
+  }
+
+  function shortened(value, step) {
+    return Math.abs(value) < 1e-9 * step ? "0" : String(Number(value.toPrecision(6)));
+  }
+
   function plot(id, key, spread) {
-    var to = canvas(id), pen = to.pen, range = limits(key, spread);
-    var end = views[views.length - 1].seconds, left = 4, step = 0.05 * (to.width - left) / SPAN + 0.1;
+    var to = canvas(id), pen = to.pen, range = limits(key, spread), marks = ticks(range);
+    pen.font = "12px system-ui, sans-serif";
+    var labels = marks.values.map(function (value) { return shortened(value, marks.step); });
+    var left = 8 + Math.max.apply(null, labels.map(function (label) { return pen.measureText(label).width; }).concat([20]));
+    var end = views[views.length - 1].seconds, step = 0.05 * (to.width - left) / SPAN + 0.1;
     var x = function (t) { return left + (to.width - left) * (1 - (end - t) / SPAN); };
     var y = function (v) { return to.height * (range[1] - v) / (range[1] - range[0]); };
     pen.fillStyle = ink("--ink");
-    pen.font = "12px system-ui, sans-serif";
+    pen.strokeStyle = ink("--line");
+    pen.lineWidth = 1;
+    marks.values.forEach(function (value, i) {
+      pen.beginPath(); pen.moveTo(left, y(value)); pen.lineTo(to.width, y(value)); pen.stroke();
+      pen.fillText(labels[i], left - 4 - pen.measureText(labels[i]).width, Math.min(to.height - 4, Math.max(12, y(value) + 4)));
+    });
+    pen.save();
+    pen.beginPath(); pen.rect(left, 0, to.width - left, to.height); pen.clip();
     views[0].names.forEach(function (name, axis) {
       var colour = ink("--axis" + axis % 4), open = false;
       pen.strokeStyle = pen.fillStyle = colour;
@@ -56,11 +86,22 @@
       });
       pen.lineWidth = 1.5;
       pen.stroke();
-      pen.fillText(name, 8 + 90 * axis, to.height - 6);
     });
-    pen.fillStyle = ink("--ink");
-    pen.fillText(range[1].toPrecision(3), 8, 14);
-    pen.fillText(range[0].toPrecision(3), 8, to.height - 22);
+    pen.restore();
+    legend(id + "-names");
+  }
+
+  function legend(id) {
+    var element = get(id);
+    if (element.dataset.names === views[0].names.join()) { return; }
+    element.dataset.names = views[0].names.join();
+    element.textContent = "";
+    views[0].names.forEach(function (name, axis) {
+      var key = document.createElement("span");
+      key.className = "key axis" + axis % 4;
+      key.textContent = name;
+      element.appendChild(key);
+    });
   }
 
   function turned(q, v) {

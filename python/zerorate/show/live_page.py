@@ -56,7 +56,7 @@ class LivePage:
 
     @property
     def address(self) -> str:
-        """Where the page is."""
+        """Address of the page."""
         return f"http://{HOST}:{self._server.server_address[1]}/"
 
     def __enter__(self) -> Self:
@@ -65,7 +65,7 @@ class LivePage:
         return self
 
     def __exit__(self, *fault: object) -> None:
-        """Tell all pages that it is over."""
+        """Notify all pages of the end."""
         self._send(None)
         deadline = monotonic() + _CLOSING_TIME_S
         while self._pages and monotonic() < deadline:
@@ -80,7 +80,7 @@ class LivePage:
         self._send(text)
 
     def events(self) -> Iterator[bytes]:
-        """Yield what was seen in the last minute, then what comes, and that it is over."""
+        """Yield the views of the last minute, then new ones, and the end."""
         waiting: queue.Queue[str | None] = queue.Queue(_MAX_QUEUED_VIEWS)
         with self._lock:
             past = list(self._past)
@@ -88,7 +88,7 @@ class LivePage:
         try:
             yield from map(_encode_event, past)
             while (text := _next_text(waiting)) is not None:
-                # A comment shows whether the page is still there.
+                # A comment shows if the page is still there.
                 yield _encode_event(text) if text else b": \n\n"
             yield b"event: end\ndata: \n\n"
         finally:

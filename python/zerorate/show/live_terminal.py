@@ -1,4 +1,4 @@
-"""A stream as it runs, in a terminal: rates, biases and angles, drawn anew ten times a second."""
+"""A stream as it runs, in a terminal: rates, biases and angles, redrawn ten times a second."""
 
 import math
 from collections import deque
@@ -54,7 +54,7 @@ class LiveTerminal:
 
 
 def render_views(past: Sequence[View]) -> Group:
-    """Return the last view, with what led to it."""
+    """Return the last view, with its history."""
     last = past[-1]
     unit = last.unit or "unit of the samples"
     table = Table(box=None, pad_edge=False)
@@ -77,7 +77,7 @@ def render_views(past: Sequence[View]) -> Group:
 
 
 def format_bars(values: Sequence[float]) -> str:
-    """Return numbers as bars from their least to their greatest, a blank for what is missing."""
+    """Return numbers as bars from their least to their greatest, a blank for missing ones."""
     finite = [value for value in values if math.isfinite(value)]
     if not finite:
         return " " * len(values)

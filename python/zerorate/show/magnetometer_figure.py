@@ -22,9 +22,9 @@ _AXIS_HEIGHT_MM: Final = 8.0
 
 
 def plot_magnetometer(result: MagnetometerCalibration) -> Figure:
-    """Return how far a heading is off, by heading of a level sensor, before and after.
+    """Plot the heading error by heading of a level sensor, before and after.
 
-    Of several hard irons that counts which is taken off for longest. Below, what is left of the
+    Of several hard irons the one subtracted for longest is shown. Below, the residual
     field second by second: a place that disturbs it, or a magnet that nothing explains.
     """
     is_known = result.field.known and result.dip.known
@@ -37,11 +37,11 @@ def plot_magnetometer(result: MagnetometerCalibration) -> Figure:
     has_residual = bool(np.isfinite(result.residual).any())
     means = [format_significant(float(np.sqrt(np.mean(errors**2)))) for errors in (raw, after)]
     answer = f"As it was {means[0]} deg"
-    answer += f", iron taken off {means[1]} deg" if result.applied else "; nothing is taken off"
+    answer += f", corrected {means[1]} deg" if result.applied else "; nothing is corrected"
     stack = Stack(
         "How far is a heading off?",
         answer if is_known else "Not identifiable: field or dip are not known.",
-        "Root mean square to expect: of the iron, and of what is not known of it."
+        "Expected root mean square: by the iron, and by its uncertainty."
         + (
             " Below: what hard and soft iron leave; grey where none explains it."
             if has_residual
@@ -58,7 +58,7 @@ def plot_magnetometer(result: MagnetometerCalibration) -> Figure:
         angles = 10.0 * np.arange(36)
         panel.plot(angles, raw, color=VERMILION, ls="--", lw=0.9, label="as it was")
         if result.applied:
-            panel.plot(angles, after, color=BLUE, lw=0.9, label="iron taken off")
+            panel.plot(angles, after, color=BLUE, lw=0.9, label="corrected")
         panel.set_ylim(0.0, 1.1 * float(raw.max()))
         write_names(panel, 2)
     else:

@@ -14,7 +14,7 @@ _RAD_PER_DEG = UNITS["deg/s"].amount / UNITS["rad/s"].amount
 
 
 def format_magnetometer(calibration: MagnetometerCalibration) -> str:
-    """Return what is applied, the numbers with their errors, spans and advice."""
+    """Return the applied correction, the numbers with their errors, spans and advice."""
     return "\n".join(
         (
             *_format_numbers(calibration),
@@ -54,7 +54,7 @@ def _format_numbers(calibration: MagnetometerCalibration) -> Iterator[str]:
         )
         heading_text = f"{format_significant(before)} deg as it was"
         if calibration.applied:
-            heading_text += f", {format_significant(after)} deg where iron is taken off"
+            heading_text += f", {format_significant(after)} deg with the correction"
         yield f"heading      expect it off by {heading_text}"
 
 
@@ -62,7 +62,7 @@ def _format_spans(calibration: MagnetometerCalibration) -> Iterator[str]:
     for span in calibration.spans:
         group = calibration.groups[span.group]
         iron = ", ".join(f"{b:.1f}" for b in group.hard_iron)
-        state = f"hard iron ({iron}) taken off" if group.applied else "as it was"
+        state = f"hard iron ({iron}) subtracted" if group.applied else "as it was"
         yield f"{span.start:8.1f} to {span.stop:.1f} s  {span.kind}, {state}"
 
 

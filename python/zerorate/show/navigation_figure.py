@@ -15,6 +15,7 @@ from zerorate.navigation.outage import (
     SMOOTHED,
     VELOCITY_HELD,
 )
+from zerorate.numerals import shorten
 from zerorate.show.scales import MAX_COLUMNS, column_quantiles, split_into_parts
 from zerorate.show.stack import (
     BAND_SIGMAS,
@@ -100,7 +101,7 @@ def plot_track(
 
     `outages`: of ``zerorate.navigation.outages``: the longest are marked, with what the filter did
     in them. `nis`: what `Track.nis` returned; where everything is shown of a track that is not
-    smoothed, it is asked. `everything`: also the normalised innovations squared.
+    smoothed, it is called. `everything`: also the normalised innovations squared.
     """
     longest = None if outages is None else max(outages.lengths, key=lambda one: one.seconds)
     panels: list[Callable[[Axes, Track, Floats], None]] = [
@@ -148,7 +149,7 @@ def plot_outages(
     held, the filter, and its smoother if there is one; on the left, the same of each outage of the
     filter.
 
-    `others`: other filters by name, on the same fixes; each is shown beside the first. `seconds`:
+    `others`: other filters by name, on the same fixes; each is shown with the first. `seconds`:
     which length; by default the longest.
 
     KeyError if there is no such length.
@@ -163,9 +164,9 @@ def plot_outages(
     caption = (
         f"{outage.n} outage{'s' if outage.n > 1 else ''}; horizontal errors against the fixes that "
         "were withheld, whose own errors are the floor. The filter's at the end are "
-        f"{outage.error_over_sigma():.2g} times their standard deviation (1 is right)."
+        f"{shorten(outage.error_over_sigma())} times their standard deviation (1 is right)."
     )
-    answer = ", ".join(f"{name} {outage.rms(name):.3g} m" for name in outage.errors)
+    answer = ", ".join(f"{name} {shorten(outage.rms(name), 3)} m" for name in outage.errors)
     curves = len(outage.errors) + sum(
         1 + (SMOOTHED in other[length].errors) for other in (others or {}).values()
     )
@@ -197,14 +198,15 @@ def plot_outages(
 
 
 def _describe_end(track: Track) -> str:
-    """Return how far the end of the track is known."""
+    """Return the standard deviation at the end of the track."""
     navigating = np.flatnonzero(track.navigating)
     if not navigating.size:
         return "Unknown: the filter did not begin."
     sigma = BAND_SIGMAS * track.sigma[navigating[-1]]
     return (
-        f"At the end within {np.hypot(*sigma[:2]):.2g} m, {np.hypot(*sigma[3:5]):.2g} m/s and "
-        f"{np.degrees(sigma[8]):.2g} deg of heading (2σ)."
+        f"At the end within {shorten(np.hypot(*sigma[:2]))} m, "
+        f"{shorten(np.hypot(*sigma[3:5]))} m/s and {shorten(np.degrees(sigma[8]))} deg of heading "
+        "(2σ)."
     )
 
 
@@ -222,7 +224,7 @@ def _make_caption(track: Track, longest: OutageErrors | None, nis: bool) -> str:
         caption += (
             f" Grey: outages of {longest.seconds:g} s, run apart; their paths begin at the last "
             f"fix and end, with an ellipse, at the last one withheld. The error there is "
-            f"{longest.error_over_sigma():.2g} times its standard deviation (1 is right), and "
+            f"{shorten(longest.error_over_sigma())} times its standard deviation (1 is right), and "
             f"{longest.share_inside():.0%} of the ellipses hold the truth."
         )
     return caption
@@ -288,7 +290,7 @@ def _draw_ellipse(axes: Axes, centre: Floats, sigma: Floats, colour: str) -> Non
 
 
 def _draw_outages(axes: Axes, longest: OutageErrors, origin: Floats) -> None:
-    """Draw what the filter made of the way in each outage."""
+    """Draw the filter's track in each outage."""
     truth = _horizontal_ned(longest.position, origin)
     estimate = truth + longest.errors[FILTER]
     for k in range(longest.n):
@@ -334,7 +336,7 @@ def _draw_angle_sigma(panel: Axes, track: Track, times: Floats) -> None:
 
 
 def _set_log_scale(panel: Axes) -> None:
-    """Make a scale logarithmic, a decade at least, where what is drawn has a place on it."""
+    """Make a scale logarithmic, a decade at least, if the drawn values are positive."""
     drawn = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in panel.lines])
     drawn = drawn[np.isfinite(drawn) & (drawn > 0.0)]
     if drawn.size:
@@ -384,7 +386,7 @@ def _draw_bias(panel: Axes, track: Track, times: Floats, values: Floats, sigma: 
         draw_with_sigma(panel, times[rows], values[rows, i], sigma[rows, i], colour, name)
     navigating = np.flatnonzero(track.navigating)
     if navigating.size:
-        # Scaled to what is known after the first tenth.
+        # Scaled to the estimates after the first tenth.
         late = rows[rows >= navigating[navigating.size // 10]]
         if late.size:
             low = float(np.nanmin((values - BAND_SIGMAS * sigma)[late]))

@@ -1,4 +1,4 @@
-"""A track as plain text: its fixes, what is known at the end; errors after outages."""
+"""A track as plain text: its fixes, the estimates at the end; errors after outages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from zerorate.geometry.rotations import euler_angles
 from zerorate.navigation.heading import format_heading
 from zerorate.navigation.outage import FILTER
 from zerorate.navigation.track import STATUSES
-from zerorate.numerals import format_with_error
+from zerorate.numerals import format_with_error, shorten
 from zerorate.show.tables import Table, as_text, bullet_list, wrap_prose
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ _ROW_NAMES: Final = {"smoothed": "smoothed, largest inside"}
 def format_track(track: Track, *, nis: Floats | None = None) -> str:
     """Return the tables of a track, at most `WIDTH` columns wide.
 
-    What became of the fixes, how long the filter did what, what is known at the end with its
+    Counts of the fixes, durations of each status, the estimates at the end with their
     standard deviations, notes.
 
     `nis`: what `Track.nis` returned.
@@ -45,7 +45,7 @@ def format_track(track: Track, *, nis: Floats | None = None) -> str:
 
 
 def format_navigation(navigation: Navigation) -> str:
-    """Return the errors that were asked for, the tables of the track, and its start."""
+    """Return the requested errors, the tables of the track, and its start."""
     errors = navigation.errors()
     parts = [] if errors is None else [format_errors(*errors)]
     if navigation.outages is not None:
@@ -78,7 +78,10 @@ def format_errors(errors: TrackErrors, steps: TrackErrors | None, fitted: str) -
         (
             name,
             str(errors_of.of),
-            *(f"{value:.3g}" for value in (errors_of.rmse, errors_of.median, errors_of.largest)),
+            *(
+                f"{shorten(value, 3)}"
+                for value in (errors_of.rmse, errors_of.median, errors_of.largest)
+            ),
         )
         for name, errors_of in listed
         if errors_of.of
@@ -89,7 +92,7 @@ def format_errors(errors: TrackErrors, steps: TrackErrors | None, fitted: str) -
 
 
 def format_alignment(alignment: Alignment) -> str:
-    """Return the angles at the end of the rest, and the biases, with their deviations."""
+    """Return the angles at the end of the rest, and the biases, with their standard deviations."""
     angles = np.degrees(euler_angles(alignment.quaternion[np.newaxis])[0])
     angles[2] %= 360.0
     level, heading = math.degrees(alignment.level_sigma), math.degrees(alignment.heading_sigma)
@@ -116,16 +119,19 @@ def format_alignment(alignment: Alignment) -> str:
 
 
 def format_time_offset(offset: TimeOffset) -> str:
-    """Return the offset with its deviation."""
+    """Return the offset with its standard deviation."""
     if not offset.identifiable:
         return "time offset not identifiable: the vehicle hardly changes its velocity"
     lines = [f"time offset {offset.seconds:.3f} s (sigma {offset.sigma:.3f} s)"]
-    lines += [f"{name} {value:.3g} (sigma {sigma:.1g})" for name, value, sigma in offset.parts[1:]]
+    lines += [
+        f"{name} {shorten(value, 3)} (sigma {shorten(sigma, 1)})"
+        for name, value, sigma in offset.parts[1:]
+    ]
     return "\n".join(lines)
 
 
 def track_title(track: Track) -> str:
-    """Return what a track is of."""
+    """Return the title of a track."""
     smoothed_text = ", smoothed" if track.smoothed else ""
     return f"{Path(track.source).name}{smoothed_text}"
 
@@ -190,18 +196,22 @@ def _make_end_table(track: Track, last: int) -> Table:
     sigma = track.sigma[last]
     euler = np.degrees(euler_angles(track.quaternion[last : last + 1])[0])
     rows = [
-        ("latitude, deg; north, m", f"{latitude:.8f}", f"{sigma[0]:.2g}"),
-        ("longitude, deg; east, m", f"{longitude:.8f}", f"{sigma[1]:.2g}"),
-        ("height, m", f"{height:.2f}", f"{sigma[2]:.2g}"),
+        ("latitude, deg; north, m", f"{latitude:.8f}", shorten(sigma[0])),
+        ("longitude, deg; east, m", f"{longitude:.8f}", shorten(sigma[1])),
+        ("height, m", f"{height:.2f}", shorten(sigma[2])),
     ]
     ways = zip(("north", "east", "down"), track.velocity[last], sigma[3:6], strict=True)
-    rows += [(f"velocity {way}, m/s", f"{v:.3f}", f"{s:.2g}") for way, v, s in ways]
+    rows += [(f"velocity {way}, m/s", f"{v:.3f}", shorten(s)) for way, v, s in ways]
     tilt = float(np.degrees(np.hypot(*sigma[6:8])))
     heading = float(np.degrees(sigma[8]))
     rows += [
-        ("roll, deg", f"{euler[0]:.2f}", f"{tilt:.2g}"),
-        ("pitch, deg", f"{euler[1]:.2f}", f"{tilt:.2g}"),
-        ("heading, deg", format_heading(math.radians(euler[2]), 2), f"{heading:.2g}"),
+        ("roll, deg", f"{euler[0]:.2f}", shorten(tilt)),
+        ("pitch, deg", f"{euler[1]:.2f}", shorten(tilt)),
+        (
+            "heading, deg",
+            format_heading(math.radians(euler[2]), 2),
+            shorten(heading),
+        ),
     ]
     return Table("At the end", ("", "", "σ"), tuple(rows))
 

@@ -59,7 +59,7 @@ def plot_characterisations(results: Characterisations) -> Figure:
 
 
 def format_characterisations(results: Characterisations) -> str:
-    """Return the noise of several recordings in one table, then what is to be said of each."""
+    """Return the noise of several recordings in one table, then notes on each."""
     parts = [
         format_overlay(
             {name: characterised.sensors for name, characterised in results.results.items()}

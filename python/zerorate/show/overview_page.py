@@ -1,4 +1,4 @@
-"""The overview of reports on many logs: what needs a person first, and trends of each device."""
+"""The overview of reports on many logs: urgent logs first, and trends of each device."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from urllib.parse import quote
 from zerorate._native import __version__
 from zerorate.faults import render_text
 from zerorate.findings.limits import LIMITS
-from zerorate.numerals import format_significant, format_with_error
+from zerorate.numerals import format_significant, format_with_error, shorten
 from zerorate.show.report_document import document
 from zerorate.tasks.batch.task import COMMANDS
 
@@ -38,7 +38,7 @@ _ABOUT_TEXT: Final = (
 
 
 class LogSummary(NamedTuple):
-    """A log with how many of its findings are of which severity."""
+    """A log with the numbers of its findings by severity."""
 
     outcome: Outcome
     act: int
@@ -61,7 +61,7 @@ class LogSummary(NamedTuple):
 
 
 def summarise_logs(outcomes: Iterable[Outcome]) -> list[LogSummary]:
-    """Return the logs, what needs a person first: unread ones, then most to act on."""
+    """Return the logs, urgent ones first: unread ones, then most to act on."""
     logs = [_summarise_log(one) for one in outcomes]
     logs.sort(key=lambda one: (one.outcome.error is None, -one.act, -one.look, one.outcome.name))
     return logs
@@ -228,7 +228,7 @@ def _draw_trend(kind: str, unit: str, lines: dict[str, list[_Point]], count: int
         f"{keys}<br>{escape(description)}</figcaption>"
         f'<svg role="img" aria-label="{escape(f"{kind} over {count} logs: {description}")}" '
         f'viewBox="0 0 {_WIDE:g} {_TALL:g}" preserveAspectRatio="none">{"".join(paths)}</svg>'
-        f'<div class="scale"><span>{low:.3g} to {high:.3g}</span></div></figure>'
+        f'<div class="scale"><span>{shorten(low, 3)} to {shorten(high, 3)}</span></div></figure>'
     )
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from zerorate.calibration.rate.rate_table import TERMS, RateTable, RateTableAxis
 from zerorate.calibration.rate.reference import FittedRate
 from zerorate.noise.coefficient import Coefficient
-from zerorate.numerals import format_significant, format_with_error
+from zerorate.numerals import format_significant, format_with_error, shorten
 
 
 def format_rate_table(table: RateTable) -> str:
@@ -31,14 +31,14 @@ def _format_axis(name: str, axis: RateTableAxis) -> Iterator[str]:
         (axis for axis in "xyz" if axis != name), axis.cross, strict=False
     ):
         yield f"{head}cross {other:<8}{_format_term(coefficient)}"
-    yield f"{head}non-linearity {100.0 * axis.nonlinearity:.2g} % of full scale"
+    yield f"{head}non-linearity {shorten(100.0 * axis.nonlinearity)} % of full scale"
 
 
 def _format_term(coefficient: Coefficient) -> str:
     if coefficient.identifiable:
         return format_with_error(coefficient.value, coefficient.sigma)
     return (
-        f"not chosen, below {coefficient.upper_bound:.2g}"
+        f"not chosen, below {shorten(coefficient.upper_bound)}"
         if coefficient.known
         else "not identifiable"
     )

@@ -1,4 +1,4 @@
-"""Which table and which figure show each result: registered in `zerorate.views`."""
+"""Tables and figures of each result, registered in `zerorate.views`."""
 
 from typing import Final
 
@@ -21,6 +21,7 @@ VIEWS: Final = {
     "attitude.estimate.AttitudeEstimate": (
         "attitude_table:format_attitude",
         "attitude_figure:plot_attitude",
+        "attitude_view:attitude_view",
     ),
     "calibration.calibration.Calibration": (
         "calibration_table:format_calibration",
@@ -141,4 +142,5 @@ register(
         name: View(*(f"zerorate.show.{place}" for place in views))  # table, figure
         for name, views in VIEWS.items()
     },
+    columns="zerorate.show.columns:columns_of",
 )

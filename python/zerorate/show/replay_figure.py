@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.numerals import format_with_error
+from zerorate.numerals import format_with_error, shorten
 from zerorate.record.names import split_unit
 from zerorate.show.replay_grid import plot_replay_grid
 from zerorate.show.replay_panels import drop_outliers, find_certain_rest, mean_duration, rest_means
@@ -32,6 +32,7 @@ from zerorate.show.style import (
     write_in_middle,
 )
 from zerorate.tasks.replay import Replay
+from zerorate.tasks.replay.result import TRUTH_MEAN_S, trailing_mean
 from zerorate.types import Booleans, Floats
 
 if TYPE_CHECKING:
@@ -72,15 +73,23 @@ def plot_replay(replay: Replay, everything: bool = False) -> Figure:
     stack = Stack(_make_question(replay), _describe_end(replay, axis_count), caption, heights)
     unit, seconds = time_unit(replay.log.duration)
     _draw_rates(stack.add(), replay, axis_count, seconds)
+    bias_panels = []
     for i in range(axis_count):
-        panel = stack.add()
+        bias_panels.append(panel := stack.add())
         _draw_bias(panel, replay, i, seconds, rest)
         _shade(panel, replay, i, seconds, lost[:, i])
+    if bias_panels:
+        stack.share_scale(bias_panels)
     last = max(replay.log.duration, 1.0 / replay.log.rate)
     share_time_axis(stack.panels, 0.0, last / seconds, unit)
     meta = replay.log.meta
     source = meta.get("source") or meta.get("sensor", "log")
     return stack.finish(str(source), replay.log.rate, replay.log.duration)
+
+
+def mean_truth(truth: Floats, rate: float) -> Floats:
+    """Return the mean of the true bias over the next ten seconds, as σ refers to it, shape (n,)."""
+    return trailing_mean(truth[::-1], rate)[::-1]
 
 
 def _make_question(replay: Replay) -> str:
@@ -95,7 +104,7 @@ def _describe_end(replay: Replay, shown: int) -> str:
     has_sigma = replay.method == "auto"
     axis_texts = [
         f"{_short_axis_name(replay, i)} "
-        f"{format_with_error(bias[i], sigma[i]) if has_sigma else f'{bias[i]:.4g}'}"
+        f"{format_with_error(bias[i], sigma[i]) if has_sigma else f'{shorten(bias[i], 4)}'}"
         for i in range(shown)
         if np.isfinite(bias[i])
     ]
@@ -149,6 +158,9 @@ def _draw_bias(panel: Axes, replay: Replay, i: int, seconds: float, rest: Boolea
         )
     centres, means = rest_means(replay, i, rest)
     panel.plot(centres / seconds, means, "o", color=BLACK, ms=1.3, mew=0.0, label="raw, at rest")
+    if replay.truth is not None:
+        truth = mean_truth(replay.truth[:, i], replay.log.rate)[history.samples[rows] - 1]
+        panel.plot(times, truth, color=BLACK, ls="--", lw=0.6, label="truth")
     late = slice(bias.size // 10, None)
     half = 2.0 * sigma if tuned else np.zeros_like(sigma)
     low, high = robust_limits(np.concatenate(((bias - half)[late], (bias + half)[late])), 0.0, 0.0)
@@ -160,8 +172,6 @@ def _draw_bias(panel: Axes, replay: Replay, i: int, seconds: float, rest: Boolea
     )
     panel.set_ylim(*add_margin(low, high))
     write_head(panel, f"{_panel_name(replay, i)} [{replay.log.unit}]")
-    if i == 0:
-        write_names(panel, 2)
     if not replay.ready[i]:
         write_in_middle(panel, "no bias known")
 
@@ -177,7 +187,7 @@ def _axis_colour(i: int) -> str:
 
 
 def _short_axis_name(replay: Replay, i: int) -> str:
-    """Return what tells an axis from the others: "x" of "gyro_x"."""
+    """Return the part of an axis' name that differs from the others: "x" of "gyro_x"."""
     name = split_unit(replay.log.names[i])[0]
     return name.rpartition("_")[2] if replay.log.channels == 3 else name
 
@@ -198,11 +208,18 @@ def _shade(panel: Axes, replay: Replay, i: int, seconds: float, lost: Booleans) 
 
 
 def _make_caption(replay: Replay, shown: int, lost: Booleans) -> str:
-    sentences = ["Coloured above: the middle 90 % of the samples at a time, and their median."]
+    sentences = ["Top: the middle 90 % of the samples at a time, and their median."]
+    sentences.append(
+        "Below, orange: the bias ± 2σ."
+        if replay.method == "auto"
+        else f"Below, orange: the output of {replay.method}, drawn alike."
+    )
     if replay.method == "auto":
         sentences.append(
-            f"Dots: means of {mean_duration(replay):.2g} s at rest, noisier than the bias."
+            f"Dots: means of {shorten(mean_duration(replay))} s at rest, noisier than the bias."
         )
+    if replay.truth is not None:
+        sentences.append(f"Dashed: the true bias, mean of {TRUTH_MEAN_S:g} s.")
     if replay.readings is not None and not (replay.readings.at_rest | lost).all():
         sentences.append("Grey: motion, or no rest seen yet.")
     if lost.any():

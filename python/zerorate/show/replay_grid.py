@@ -1,4 +1,4 @@
-"""All panels of a replay, a column an axis: what was learned and how, and Allan deviations."""
+"""All panels of a replay, a column an axis: learned parameters, and Allan deviations."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from zerorate.numerals import shorten
 from zerorate.show.replay_panels import (
     SMOOTHING_TIME_CONSTANTS,
     draw_allan,
@@ -57,7 +58,7 @@ _HEIGHT_RATIOS: Final = {
     True: (1.0, 1.0, _LOW_PANEL_RATIO, _LOW_PANEL_RATIO, 1.0),
     False: (1.0, _LOW_PANEL_RATIO, _LOW_PANEL_RATIO, 1.0, 1.0),
 }
-"""Of the rows, by whether the filter tunes itself."""
+"""Heights of the rows, for a filter that tunes itself or not."""
 
 _GREY_NOTES: Final = {
     "estimate": (
@@ -157,17 +158,18 @@ def _share_scales(grid: Grid, replay: Replay) -> None:
 
 
 def _make_title(replay: Replay, letters: int) -> str:
-    """Return the log's name, its middle left out where it is too long, above the filter's."""
+    """Return the log's name, its middle left out if it is too long, above the filter's."""
     source = replay.log.meta.get("sensor") or Path(replay.log.meta.get("source", "log")).name
     if len(source) > letters:
         source = f"{source[: letters // 2]}…{source[-(letters // 2) :]}"
     order = replay.params.get("order")
     model = "" if order is None else f"ARMA({order[0]}, {order[1]}), "
-    return f"{source}\n{replay.method}, {model}{replay.log.n:,} samples at {replay.log.rate:.4g} Hz"
+    rate = shorten(replay.log.rate, 4)
+    return f"{source}\n{replay.method}, {model}{replay.log.n:,} samples at {rate} Hz"
 
 
 def _make_caption(replay: Replay, shown: int, width: int) -> str:
-    """Return what a reader must know, in lines of at most so many letters."""
+    """Return notes for the reader, in lines of at most so many letters."""
     sentences = [_GREY_NOTES[replay.output], _describe_shading(replay)]
     if shown < replay.log.channels:
         sentences[1] += f" Shown are the first {shown} of {replay.log.channels} axes."
@@ -179,7 +181,7 @@ def _describe_shading(replay: Replay) -> str:
     has_motion = replay.readings is not None and not (replay.readings.at_rest | lost).all()
     if replay.method == "auto":
         seconds = mean_duration(replay)
-        sentences = [f"Dots: means of {seconds:.2g} s, noisier than the bias. Band: ± 2σ."]
+        sentences = [f"Dots: means of {shorten(seconds)} s, noisier than the bias. Band: ± 2σ."]
     else:
         sentences = ["Dotted: end of learning."]
     if has_motion:

@@ -249,7 +249,7 @@ def _enclosing_limits(*series: Floats) -> tuple[float, float]:
 
 
 def drop_outliers(values: Floats) -> Floats:
-    """Return the values without those so far from the others that these would be one line."""
+    """Return the values without outliers that would flatten the others to a line."""
     finite = values[np.isfinite(values)]
     if finite.size == 0:
         return finite
@@ -266,12 +266,12 @@ def _log_limits(values: Floats) -> tuple[float, float]:
 
 
 def mean_duration(replay: Replay) -> float:
-    """Return the seconds over which the dots beside a bias are means."""
+    """Return the seconds over which the dots near a bias are means."""
     return replay.log.n / replay.log.rate / min(_MEAN_COUNT, replay.log.n)
 
 
 def find_certain_rest(replay: Replay) -> Booleans | None:
-    """Return where each axis surely rested, shape (n, k); None where motion was not minded."""
+    """Return the mask of certain rest, shape (n, k); None where motion was not detected."""
     return None if replay.readings is None else replay.readings.certain_rest(replay.log.rate)
 
 

@@ -1,4 +1,4 @@
-"""A replay as plain text: scores, what the filter learned, and the sentences under them."""
+"""A replay as plain text: scores, learned parameters, and notes."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from zerorate.faults import render_text
-from zerorate.numerals import DASH, format_or_dash, format_with_error
+from zerorate.numerals import DASH, format_or_dash, format_with_error, shorten
 from zerorate.record.names import split_unit
 from zerorate.show.tables import (
     Table,
@@ -26,6 +26,8 @@ from zerorate.texts import width
 _TITLE: Final = "Bias as each method estimates it; 'raw' is what they are given"
 Row = tuple[str, ...]
 
+_OTHER_TIME: Final = "other, s"
+"""Head of the seconds that are not of rest."""
 _SIGMA_NOTE: Final = "With ± σ."
 _MEASURES_NOTE: Final = (
     "Coasting is the angle error after holding an estimate for that long: what a wrong bias costs. "
@@ -40,7 +42,7 @@ _ANGLE_UNITS: Final = {"rad/s": ("rad", 1.0), "deg/s": ("deg", 1.0), "deg/h": ("
 
 
 def format_replay(replay: Summary) -> str:
-    """Return the bias of each axis, where several methods ran how well each did, and notes."""
+    """Return the bias of each axis, the scores of several methods, and notes."""
     return "\n\n".join(
         filter(None, (format_bias(replay), _format_scores(replay), format_notes(replay)))
     )
@@ -51,7 +53,7 @@ def _format_scores(replay: Summary) -> str:
 
 
 def format_replays(replays: Replays) -> str:
-    """Return the biases of several logs in one table, then what is to be said of each."""
+    """Return the biases of several logs in one table, then notes on each."""
     parts = [format_biases(replays.results)]
     for name, replay in replays.results.items():
         alarms = "\n".join(map(render_text, replay.alarms))
@@ -61,7 +63,7 @@ def format_replays(replays: Replays) -> str:
 
 
 def format_bias(replay: Summary) -> str:
-    """Return the bias of each axis at the end, how long it rested, and what a hold would cost.
+    """Return the bias of each axis at the end, its time at rest, and the cost of a hold.
 
     A row for each axis; of auto with what it learned of the noise.
     """
@@ -104,10 +106,11 @@ def _bias_columns(replay: Summary, keep_unknown: bool = False) -> tuple[Row, tup
         ("axis", [split_unit(name)[0] for name in replay.header.names]),
         (f"bias, {unit}", [_format_bias(replay, i) for i in range(len(scores))]),
     ]
-    if not all(math.isnan(score.error) for score in scores):
-        columns.append(("true error", _format_numbers(scores, lambda s: s.error)))
+    if replay.error_at_end is not None:
+        errors = [_format_number(error, ".2g") for error in replay.error_at_end.tolist()]
+        columns.append(("error at the end", errors))
     times = [_format_times(replay, i) for i in range(len(scores))]
-    for name, cells in zip(("at rest, s", "moving, s"), zip(*times, strict=True), strict=True):
+    for name, cells in zip(("at rest, s", _OTHER_TIME), zip(*times, strict=True), strict=True):
         columns.append((name, list(cells)))
     for i, horizon in enumerate(replay.horizons):
         errors = _format_numbers(scores, lambda s, i=i: factor * s.coasting[i], ".3g")  # type: ignore[misc]
@@ -128,12 +131,14 @@ def _source_name(replay: Summary) -> str:
 
 
 def _column_meanings(heads: Sequence[str], replay: Summary) -> dict[int, str]:
-    """Return what columns mean that do not say it, by their places."""
+    """Return the meanings of columns whose heads do not say it, by their indices."""
     horizons = tuple(f"{horizon:g} s, " for horizon in replay.horizons)
     meanings = {}
     for i, head in enumerate(heads):
         if head.startswith(horizons):
             meanings[i] = f"{head.partition(',')[0]}: angle that a wrong bias costs, held so long."
+        elif head == _OTHER_TIME:
+            meanings[i] = "Other: in motion, or not yet seen to rest."
         elif head.startswith(("N, ", "K, ")):
             meanings[i] = "N: white noise." if head.startswith("N") else "K: walk of the bias."
     return meanings
@@ -155,21 +160,29 @@ def format_table(replay: Summary) -> str:
 
 
 def format_learned(replay: Summary) -> str:
-    """Return a table of what the chosen filter learned, at most `WIDTH` columns wide.
+    """Return a table of the chosen filter's learned parameters, at most `WIDTH` columns wide.
 
     A row for each axis; empty for the published methods, which have no such parameters.
     """
     if replay.method != "auto":
         return ""
     (white, _), (walk, _) = noise_units(replay.header.unit)
-    head = ("", "at rest", "in motion", "white noise", "bias drift", "follows a", "bias at the end")
+    head = (
+        "",
+        "at rest",
+        "not at rest",
+        "white noise",
+        "bias drift",
+        "follows a",
+        "bias at the end",
+    )
     units = ("axis", "s", "s", white, walk, "step in, s", replay.header.unit)
     rows = (units, *_learned_rows(replay))
     return as_text(Table(f"Learned by {replay.method}", head, rows, note=_LEARNED_NOTE))
 
 
 def format_notes(replay: Summary) -> str:
-    """Return the sentences on the log's clock, gaps and notes, and on what the filter did.
+    """Return the sentences on the log's clock, gaps and notes, and on the filter's actions.
 
     Empty if there is nothing to say.
     """
@@ -208,7 +221,7 @@ def _format_number(value: float, spec: str) -> str:
 
 
 def _describe_noise(replay: Summary) -> str:
-    """Say that what is steady is the estimate: nobody shall take that for a quieter log."""
+    """Return a note that the steady curve is the estimate, and not a quieter log."""
     raw = [score.deviation for score in replay.scores if score.method == "raw"]
     ratios = [
         (split_unit(name)[0], after / before)
@@ -259,4 +272,6 @@ def _format_bias(replay: Summary, i: int) -> str:
 
 def _format_time_constant(replay: Summary, i: int) -> str:
     seconds = replay.time_constant[i]
-    return f"> {replay.header.duration:.4g}" if np.isinf(seconds) else format_or_dash(seconds)
+    return (
+        f"> {shorten(replay.header.duration, 4)}" if np.isinf(seconds) else format_or_dash(seconds)
+    )

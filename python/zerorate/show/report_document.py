@@ -1,4 +1,4 @@
-"""The frame of pages that stand alone: their style, their script, and what they may load."""
+"""The frame of pages that stand alone: their style, their script, and their sources."""
 
 from collections.abc import Iterable
 from html import escape
@@ -11,17 +11,24 @@ _CONTENT_POLICY: Final = (
 """What a browser lets the page load: nothing that is not in it."""
 
 
-def document(title: str, body: Iterable[str]) -> str:
-    """Return a page as HTML, of a title that is text and a body that is HTML."""
+_STYLE, _SCRIPT = "report_page.css", "report_page.js"
+
+
+def document(title: str, body: Iterable[str], style: str = "", script: str | None = None) -> str:
+    """Return a page as HTML, of a title that is text and a body that is HTML.
+
+    `style` names a further file of styles; `script` takes the place of the report's.
+    """
     heading = escape(title)
+    styles = "".join(map(_read_file, filter(None, (_STYLE, style))))
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{_CONTENT_POLICY}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f'<link rel="icon" href="data:,">\n<title>{heading}</title>\n'
-        f"<style>\n{_read_file('report_page.css')}</style>\n</head>\n<body>\n<main>\n<h1>{heading}</h1>\n"
+        f"<style>\n{styles}</style>\n</head>\n<body>\n<main>\n<h1>{heading}</h1>\n"
         + "\n".join(body)
-        + f"\n</main>\n<script>\n{_read_file('report_page.js')}</script>\n</body>\n</html>\n"
+        + f"\n</main>\n<script>\n{script or _read_file(_SCRIPT)}</script>\n</body>\n</html>\n"
     )
 
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -19,18 +19,22 @@ _VIEW_WIDTH, _VIEW_HEIGHT = 1000.0, 200.0
 """Size of a figure, in its own units."""
 _COLUMN_COUNT: Final = 1000
 """Columns of a figure, each with the least and the largest sample in it."""
+_ROW_TICKS, _COLUMN_TICKS = 4, 6
+"""Ticks of the two axes, about; the page's script has as many."""
 _MAX_MARKS: Final = 200
 """Spans that are marked in a figure."""
+_MAX_MARKED_SHARE: Final = 0.9
+"""Share of the time beyond which spans mark nothing."""
 
 
 def longest_duration(imu_list: tuple[Imu, ...]) -> float:
-    """Return how long the longest log of a recording is, s."""
+    """Return the duration of the longest log of a recording, s."""
     sensors = [sensor for imu in imu_list for sensor in imu.sensors]
     return max(1e-9, *(float(sensor.log.sampled[-1]) - sensor.start for sensor in sensors))
 
 
 def log_figures(reports: Sequence[tuple[str, Report]], seconds: float) -> Iterator[str]:
-    """Yield the figures of reports, side by side, whose anchors begin as is told."""
+    """Yield the figures of reports, side by side, whose anchors begin with a prefix."""
     steps = {
         "closer": "Closer",
         "wider": "Wider",
@@ -41,53 +45,113 @@ def log_figures(reports: Sequence[tuple[str, Report]], seconds: float) -> Iterat
     buttons = (f'<button type="button" data-step="{k}">{v}</button>' for k, v in steps.items())
     yield '<section id="figures">\n<h2>Figures</h2>'
     yield (
-        '<p class="about">All share one time axis, in seconds since the log began. Grey: rests; '
-        "coloured: spans of findings.</p>"
+        '<p class="about">Time [s] since the log began, one axis for all; sensors of one quantity '
+        "share a scale. Grey: static intervals. Coloured: when a finding is seen, unless that is "
+        "nearly all the time.</p>"
     )
     yield f'<div class="bar" hidden role="group" aria-label="Time axis">{"".join(buttons)}</div>'
     yield '<div class="sides">'
     for prefix, report in reports:
         yield "<div>"
-        for imu in find_imus(report.recording):
+        imus = find_imus(report.recording)
+        drawn = {sensor.name: _curves_of(sensor) for imu in imus for sensor in imu.sensors}
+        for imu in imus:
             for sensor in imu.sensors:
-                yield _draw_sensor(report, imu, sensor, seconds, prefix)
+                curves = drawn[sensor.name]
+                limits = _common_range(one for one in drawn.values() if one.unit == curves.unit)
+                yield _draw_sensor(report, imu, sensor, seconds, prefix, curves, limits)
         yield "</div>"
     yield "</div>\n</section>"
 
 
-def _draw_sensor(report: Report, imu: Imu, sensor: Sensor, seconds: float, prefix: str) -> str:
+class _Curves(NamedTuple):
+    """Least and largest samples of each column of a figure, with their unit."""
+
+    times: Floats
+    lows: Floats
+    highs: Floats
+    unit: str
+
+
+def _curves_of(sensor: Sensor) -> _Curves:
+    """Return the curves of a sensor: deg/s or m/s², or its own unit where that is not known."""
     unit = "deg/s" if sensor.name.startswith("gyro") else "m/s²"
-    factor = sensor.factor if sensor.factor is not None else 1.0
-    factor = math.degrees(factor) if unit == "deg/s" and sensor.factor is not None else factor
-    unit = unit if sensor.factor is not None else sensor.log.unit
-    times, lows, highs = _column_extremes(sensor, factor)
-    finite = np.isfinite(lows)
-    low, high = (
-        (float(lows[finite].min()), float(highs[finite].max())) if finite.any() else (0.0, 1.0)
-    )
+    if sensor.factor is None:
+        return _Curves(*_column_extremes(sensor, 1.0), sensor.log.unit)
+    factor = math.degrees(sensor.factor) if unit == "deg/s" else sensor.factor
+    return _Curves(*_column_extremes(sensor, factor), unit)
+
+
+def _common_range(curves: Iterable[_Curves]) -> tuple[float, float]:
+    """Return the range of the samples of all sensors of one quantity, with a margin."""
+    bounds = [
+        (float(one.lows[finite].min()), float(one.highs[finite].max()))
+        for one in curves
+        if (finite := np.isfinite(one.lows)).any()
+    ]
+    low, high = min((a for a, _ in bounds), default=0.0), max((b for _, b in bounds), default=1.0)
     margin = 0.03 * (high - low) or 1.0
-    low, high = low - margin, high + margin
-    positions = _VIEW_WIDTH * times / seconds
+    return low - margin, high + margin
+
+
+def _draw_sensor(
+    report: Report,
+    imu: Imu,
+    sensor: Sensor,
+    seconds: float,
+    prefix: str,
+    curves: _Curves,
+    limits: tuple[float, float],
+) -> str:
+    (low, high), unit = limits, curves.unit
+    lows, highs = curves.lows, curves.highs
+    positions = _VIEW_WIDTH * curves.times / seconds
     paths = "".join(
-        f'<path class="{axis}" d="{_make_path(positions, *curves)}"/>'
-        for axis, *curves in zip(
+        f'<path class="{axis}" d="{_make_path(positions, *pair)}"/>'
+        for axis, *pair in zip(
             "xyz", _to_view_y(lows, low, high).T, _to_view_y(highs, low, high).T, strict=True
         )
     )
     marks = "".join(_make_marks(report, imu, sensor, seconds))
-    name = f"{prefix.replace('-', ' ')}{sensor.name}"
+    name = f"{prefix.replace('-', ' ')}{sensor.label}"
     label = f"{name} over {seconds:.4g} s, from {low:.3g} to {high:.3g} {unit}, x, y and z"
     keys = " ".join(f'<span class="key {axis}">{axis}</span>' for axis in "xyz")
+    ticks = nice_ticks(low, high, _ROW_TICKS)
+    heights = _to_view_y(np.array(ticks), low, high).tolist()
+    lines = "".join(f'<path class="grid" d="M0 {y:.1f}H{_VIEW_WIDTH:g}"/>' for y in heights)
+    rows = "".join(
+        f'<span style="top:{100.0 * y / _VIEW_HEIGHT:.2f}%">{tick:g}</span>'
+        for tick, y in zip(ticks, heights, strict=True)
+    )
+    columns = "".join(
+        f'<span style="left:{100.0 * tick / seconds:.2f}%">{tick:g}</span>'
+        for tick in nice_ticks(0.0, seconds, _COLUMN_TICKS)
+    )
     return (
-        f'<figure id="{prefix}{sensor.figure}">\n<figcaption>{escape(name)}, {escape(unit)}, '
-        f"{low:.4g} to {high:.4g} {keys}</figcaption>\n"
+        f'<figure id="{prefix}{sensor.figure}">\n'
+        f"<figcaption>{escape(name)} [{escape(unit)}] {keys}</figcaption>\n"
+        f'<div class="frame"><div class="rows">{rows}</div>\n'
         f'<svg class="plot" role="img" aria-label="{escape(label)}" data-seconds="{seconds:.6f}" '
         f'viewBox="0 0 {_VIEW_WIDTH:g} {_VIEW_HEIGHT:g}" '
-        f'preserveAspectRatio="none">{marks}{paths}</svg>\n'
-        '<div class="scale"><span class="from">0 s</span>'
-        f'<span class="to">{seconds:.2f} s</span></div>'
-        "\n</figure>"
+        f'preserveAspectRatio="none">{marks}{lines}{paths}</svg>\n'
+        f'<div class="columns">{columns}</div></div>\n</figure>'
     )
+
+
+def nice_ticks(low: float, high: float, count: int) -> list[float]:
+    """Return multiples of 1, 2 or 5 times a power of ten in a range, at most about `count`.
+
+    Examples
+    --------
+    >>> nice_ticks(-0.7, 1.3, 5)
+    [-0.5, 0.0, 0.5, 1.0]
+    """
+    rough = (high - low) / count
+    power = 10.0 ** math.floor(math.log10(rough))
+    step = power * next(k for k in (1, 2, 5, 10) if k * power >= 0.999 * rough)
+    digits = max(0, -math.floor(math.log10(step)))
+    first, last = math.ceil(low / step), math.floor(high / step)
+    return [round(k * step, digits) + 0.0 for k in range(first, last + 1)]
 
 
 def _column_extremes(sensor: Sensor, factor: float) -> tuple[Floats, Floats, Floats]:
@@ -122,7 +186,11 @@ def _make_marks(report: Report, imu: Imu, sensor: Sensor, seconds: float) -> Ite
     for rest in imu.rests[:_MAX_MARKS]:
         yield _make_rectangle(BLOCK_S * rest.first, BLOCK_S * rest.last, seconds, "rest")
     spans = [
-        (f, span) for f in report.urgent_findings if f.figure == sensor.figure for span in f.spans
+        (f, span)
+        for f in report.urgent_findings
+        if f.figure == sensor.figure
+        and sum(end - begin for begin, end in f.spans) < _MAX_MARKED_SHARE * seconds
+        for span in f.spans
     ]
     for finding, (begin, end) in spans[:_MAX_MARKS]:
         yield _make_rectangle(begin, end, seconds, finding.severity)

@@ -15,8 +15,14 @@
     plots.forEach(function (plot) {
       plot.setAttribute("viewBox", (1000 * from / whole) + " 0 " + (1000 * (to - from) / whole) + " 200");
     });
-    document.querySelectorAll(".from").forEach(function (e) { e.textContent = from.toFixed(2) + " s"; });
-    document.querySelectorAll(".to").forEach(function (e) { e.textContent = to.toFixed(2) + " s"; });
+    var rough = (to - from) / 6, power = Math.pow(10, Math.floor(Math.log10(rough)));
+    var step = power * [1, 2, 5, 10].filter(function (k) { return k * power >= 0.999 * rough; })[0];
+    var digits = Math.max(0, -Math.floor(Math.log10(step))), ticks = "";
+    for (var k = Math.ceil(from / step); k * step <= to; k += 1) {
+      ticks += '<span style="left:' + (100 * (k * step - from) / (to - from)) + '%">' +
+        Number((k * step).toFixed(digits)) + "</span>";
+    }
+    document.querySelectorAll(".columns").forEach(function (e) { e.innerHTML = ticks; });
   }
   function set(a, b) {
     var width = Math.min(whole, Math.max(whole / 500, b - a));

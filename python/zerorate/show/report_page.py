@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from html import escape
 from typing import TYPE_CHECKING, Final
 
@@ -13,6 +14,8 @@ from zerorate.findings.external_settings import SECTION as ENTER
 from zerorate.findings.imus import find_imus
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.next_recording import SECTION as RECORD
+from zerorate.numerals import format_with_error, shorten
+from zerorate.record.devices import sensor_labels
 from zerorate.show.report_document import document
 from zerorate.show.report_figures import log_figures, longest_duration
 from zerorate.show.style import (
@@ -36,14 +39,16 @@ if TYPE_CHECKING:
 
 _CODE_PATTERN: Final = re.compile("`([^`]*)`")
 _MAX_REPEATED: Final = 2
-"""Findings of one kind that are good, beyond which they are folded into one line."""
+"""Largest number of good findings of one kind that are not merged into one line."""
 _NOTE_SECTIONS: Final = (ENTER, RECORD)
-"""Sections whose lines are judged by no limit."""
+"""Sections whose lines have no limit."""
 _UNGROUPED_KINDS: Final = ("reading", "not identifiable")
 """Kinds whose sentences say different things."""
 _MAX_FINDINGS: Final = 12
 """Findings that a terminal shows."""
 _MAX_TERMINAL_SPANS: Final = 3
+_SHORT_TEXT: Final = 90
+"""Letters of a sentence that stays as it is."""
 _COLOURS: Final = {"act": VERMILION, "look": ORANGE, "good": GREEN}
 _ABOUT_TEXT: Final = (
     "It says what is seen, never the cause. The limits, with their sources, stand at the end. "
@@ -52,30 +57,49 @@ _ABOUT_TEXT: Final = (
 
 
 def format_report(report: Report) -> str:
-    """Return the summary, and what to act on and look at, one sentence each."""
+    """Return the summary, and the findings to act on and to look at, one sentence each."""
     lines = [wrap_prose(f"{report.source.rpartition('/')[2]}: {report.summary}")]
     lines.extend(
-        wrap_prose(_format_kind(of_kind), hang="      ") for of_kind in _group_urgent(report)
+        wrap_prose(_format_kind(report, of_kind), hang="      ")
+        for of_kind in _group_urgent(report)
     )
     if report.empty:
         lines.append(wrap_prose(f"No data for: {', '.join(report.empty)}."))
     return "\n".join(lines)
 
 
+def _short_text(report: Report, finding: Finding) -> str:
+    """Return the kind, the value against its limit, and the advice.
+
+    The finding's own sentence if that is short, or if it has no number with a limit.
+    """
+    limit = LIMITS.get(finding.kind)
+    if limit is None or finding.value is None or len(finding.text) <= _SHORT_TEXT:
+        return finding.text
+    sensor = finding.figure.partition("-")[2]
+    label = sensor_labels(report.recording).get(sensor, "") or sensor
+    bound = limit.act if finding.severity == "act" and math.isfinite(limit.act) else limit.look
+    number = format_with_error(finding.value, finding.sigma or 0.0)
+    unit = f" {finding.unit}" if finding.unit else ""
+    what = f"{label}: {limit.what}" if label else f"{limit.what[0].upper()}{limit.what[1:]}"
+    text = f"{what} {number}{unit}, limit {limit_text(bound)}{unit}."
+    return f"{text} {finding.advice}" if finding.advice else text
+
+
 def _group_urgent(report: Report) -> list[list[Finding]]:
-    """Return what is to act on and to look at, those of one kind together."""
+    """Return the findings to act on and to look at, those of one kind together."""
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in report.urgent_findings:
         kinds.setdefault((finding.severity, finding.kind), []).append(finding)
     return list(kinds.values())
 
 
-def _format_kind(findings: list[Finding]) -> str:
-    """Return the first finding of a kind, when it is seen, and how many others there are."""
+def _format_kind(report: Report, findings: list[Finding]) -> str:
+    """Return the first finding of a kind, its time, and the number of others."""
     first, more = findings[0], len(findings) - 1
     spans_text = f" [{_format_times(first, _MAX_TERMINAL_SPANS)}]" if first.spans else ""
     others = f" {more} more of this kind, on the page." if more else ""
-    return f"{first.severity}: {first.text}{spans_text}{others}"
+    return f"{first.severity}: {_short_text(report, first)}{spans_text}{others}"
 
 
 def plot_report(report: Report) -> Figure:
@@ -87,7 +111,7 @@ def plot_report(report: Report) -> Figure:
     for row, finding in enumerate(reversed(findings)):
         bars = [(begin, end - begin) for begin, end in finding.spans]
         axes.broken_barh(bars, (row - 0.3, 0.6), color=_COLOURS[finding.severity])
-    axes.set_xlabel("time, s")
+    axes.set_xlabel("time [s]")
     style_panels([axes])
     if not findings:
         axes.xaxis.set_visible(False)
@@ -129,7 +153,7 @@ def _section_anchor(name: str) -> str:
 
 
 def _list_findings(findings: tuple[Finding, ...]) -> str:
-    """Return findings as a list, those of one kind and severity folded where they are many."""
+    """Return findings as a list, those of one kind and severity merged where they are many."""
     groups: dict[object, list[Finding]] = {}
     for index, finding in enumerate(findings):
         is_grouped = finding.kind not in _UNGROUPED_KINDS
@@ -154,7 +178,7 @@ def _collapse_group(findings: list[Finding]) -> str:
     kind, unit, severity = hidden[0].kind, hidden[0].unit, hidden[0].severity
     values = [finding.value for finding in hidden if finding.value is not None and unit]
     range_text = f", {_format_range(values)} {unit}" if values else ""
-    count = f"{len(hidden)} more" if first else f"{len(hidden)} alike"
+    count = f"{len(hidden)} more" if first else f"{len(hidden)} similar"
     return (
         f'{first}<li class="{severity}"><details><summary><b '
         f'class="{severity}">{severity}</b> {escape(kind)}: '
@@ -165,14 +189,21 @@ def _collapse_group(findings: list[Finding]) -> str:
 
 
 def _format_range(values: list[float]) -> str:
-    low, high = f"{min(values):.4g}", f"{max(values):.4g}"
+    low, high = f"{shorten(min(values), 4)}", f"{shorten(max(values), 4)}"
     return low if low == high else f"{low} to {high}"
 
 
+def _shortened(report: Report, finding: Finding) -> Finding:
+    """Return a finding with its short text, whose advice is not repeated below it."""
+    text = _short_text(report, finding)
+    return finding if text == finding.text else replace(finding, text=text, advice="")
+
+
 def _list_first(report: Report) -> str:
-    """Return the first finding of each kind that is urgent, and how many others there are."""
+    """Return the first finding of each urgent kind, and the number of others."""
     items = "".join(
-        _format_finding(finding, len(others)) for finding, *others in _group_urgent(report)
+        _format_finding(_shortened(report, finding), len(others))
+        for finding, *others in _group_urgent(report)
     )
     return f'<ul class="findings">\n{items}</ul>'
 
@@ -228,8 +259,10 @@ def limits_section() -> str:
     names = ("finding", "look", "act", "unit", "source")
     head = "".join(f'<th scope="col">{name}</th>' for name in names)
     return (
-        '<section id="limits">\n<h2>Limits</h2>\n<div class="wide" tabindex="0" role="region" '
-        f'aria-label="Limits"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>\n</section>'
+        '<section id="limits">\n<details><summary><h2>Limits and their sources</h2></summary>\n'
+        '<div class="wide" tabindex="0" role="region" aria-label="Limits">'
+        f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div></details>\n"
+        "</section>"
     )
 
 
@@ -240,4 +273,4 @@ def _limit_row(limit: Limit) -> str:
 
 def limit_text(value: float) -> str:
     """Return a limit as a table shows it, a dash where there is none."""
-    return f"{value:.3g}" if math.isfinite(value) else "–"
+    return f"{shorten(value, 3)}" if math.isfinite(value) else "–"

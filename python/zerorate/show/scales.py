@@ -27,7 +27,7 @@ _BAND_QUANTILES: Final = (0.05, 0.95)
 
 
 def split_into_parts(n: int, count: int) -> npt.NDArray[np.intp]:
-    """Return where so many equal parts of n samples begin, fewer where there are fewer samples."""
+    """Return the first sample of so many equal parts of n samples, of fewer if n is smaller."""
     return np.unique(np.linspace(0, n, min(count, n), endpoint=False).astype(np.intp))
 
 
@@ -51,7 +51,7 @@ def trace_outline(z: Floats, rate: float) -> tuple[Floats, Floats]:
 
 
 class Band(NamedTuple):
-    """A series (n,) as wide as it scatters: what lines over one another would hide.
+    """A series (n,) with its scatter as a band, where overlapping lines would hide it.
 
     Attributes
     ----------

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from zerorate.numerals import format_significant
+from zerorate.numerals import format_significant, shorten
 from zerorate.show.style import (
     AXIS_COLOURS,
     BLACK,
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _WIDTH, _PANEL, _LEFT, _BELOW, _ABOVE, _BETWEEN = 130.0, 28.0, 18.0, 10.0, 3.0, 5.0
 _COLOURS: Final = (*AXIS_COLOURS, BLACK)
 _MAX_POINTS: Final = 4000
-"""Points of a curve: more cannot be told apart."""
+"""Largest number of points of a curve: more cannot be distinguished."""
 _BAND_QUANTILES: Final = ((-1.0, 0.05), (1.0, 0.95))
 """Sides of the band of two standard deviations, and the quantiles of them that a panel reaches."""
 _MAX_NAMES: Final = 6
@@ -66,7 +66,7 @@ def plot_integrated(result: Integrated) -> Figure:
 
 
 def format_integrated(result: Integrated) -> str:
-    """Return the last angle with its deviation, and what was missing."""
+    """Return the last angle with its standard deviation, and the missing samples."""
     rows = [
         ("angle at the end", f"{format_significant(float(np.degrees(result.angle[-1])), 5)} deg")
     ]
@@ -108,7 +108,7 @@ def format_denoised(result: Denoised) -> str:
 
 
 def plot_linear(result: LinearRun) -> Figure:
-    """Return each state with two standard deviations where they were kept, and the NIS."""
+    """Plot each state with two standard deviations if they were kept, and the NIS."""
     sigma = _standard_deviations(result.covariance) if result.complete else None
     panels = _make_state_panels(result.state, sigma)
     if result.complete:
@@ -124,7 +124,7 @@ def plot_smoothed(result: SmoothedRun) -> Figure:
 
 
 def format_linear(result: LinearRun) -> str:
-    """Return the last state and its deviations, the mean NIS and the log-likelihood."""
+    """Return the last state and its standard deviations, the mean NIS and the log-likelihood."""
     sigma = _standard_deviations(result.covariance) if result.complete else None
     text = _format_last_state("Linear Kalman filter", result.state, sigma)
     if not result.complete:
@@ -139,7 +139,7 @@ def format_linear(result: LinearRun) -> str:
 
 
 def format_smoothed(result: SmoothedRun) -> str:
-    """Return the last state of the smoother and its deviations."""
+    """Return the last state of the smoother and its standard deviations."""
     sigma = _standard_deviations(result.covariance)
     return _format_last_state("Linear Kalman filter, smoothed", result.state, sigma)
 
@@ -161,7 +161,7 @@ def plot_trace(result: Trace) -> Figure:
 
 
 def format_trace(result: Trace) -> str:
-    """Return the last bias of each channel with its deviation, and counts of its samples."""
+    """Return the last bias of each channel with its sigma, and counts of its samples."""
     title = f"Drift filter: {len(result)} samples"
     if not len(result):
         return title
@@ -190,9 +190,14 @@ def plot_fused(result: FusedAccelerometers) -> Figure:
 
 
 def format_fused(result: FusedAccelerometers) -> str:
-    """Return the share of each sensor, how often it was left out, and what is left of it."""
+    """Return the share of each sensor, its exclusions, and its residual."""
     rows = tuple(
-        (f"sensor {k}", f"{weight:.3f}", f"{100.0 * out:.2g}", format_significant(float(left)))
+        (
+            f"sensor {k}",
+            f"{weight:.3f}",
+            shorten(100.0 * out),
+            format_significant(float(left)),
+        )
         for k, (weight, out, left) in enumerate(
             zip(
                 result.weights.mean(axis=0),
@@ -266,7 +271,7 @@ def _draw_figure(title: str, panels: Sequence[_Panel], rate: float | None) -> Fi
 
 
 def _draw_panel(axes: Axes, panel: _Panel, rate: float | None) -> str:
-    """Draw the curves of a panel; return what its time axis is called."""
+    """Draw the curves of a panel; return the label of its time axis."""
     n = len(panel.values)
     unit, length = ("sample", 1.0) if rate is None else time_unit(n / rate)
     step = max(1, n // _MAX_POINTS)
@@ -282,7 +287,7 @@ def _draw_panel(axes: Axes, panel: _Panel, rate: float | None) -> str:
             )
     axes.set_ylabel(panel.label)
     if panel.sigma is not None and n:
-        # What is known at the start would hide all that comes after.
+        # The estimates at the start would hide all later ones.
         spread = 2.0 * panel.sigma
         low, high = (
             np.nanquantile(panel.values + sign * spread, part) for sign, part in _BAND_QUANTILES

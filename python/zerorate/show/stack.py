@@ -66,7 +66,7 @@ class Stack:
     heights : sequence of float
         Of the rows of panels, mm.
     between : float
-        What is left free between rows besides, mm, as by `skip`.
+        Additional space between rows, mm, as by `skip`.
     colour : str
         Of the answer.
     """
@@ -90,6 +90,7 @@ class Stack:
         )
         self.figure = new_figure(COLUMN_WIDTH_MM, self.height)
         self.panels: list[Axes] = []
+        self._groups: list[list[Axes]] = []
         self._heights, self._above = list(heights), above
         self._write(_TOP, title_lines, size=FONT_PT + 0.9, weight="bold")
         self._write(_TOP + _TITLE_LINE * len(title_lines), answer_lines, size=FONT_PT, color=colour)
@@ -102,7 +103,7 @@ class Stack:
             self.figure.text(*corner, "\n".join(lines), va="top", **look)
 
     def add(self, left: float = LEFT_MM, width: float = INNER_WIDTH_MM, last: bool = True) -> Axes:
-        """Return the next panel; one that is not the last of its row has others beside it."""
+        """Return the next panel; one that is not the last of its row has others next to it."""
         height = self._heights[0]
         panel = add_panel(
             self.figure, left, self.height - self._above - HEAD_HEIGHT_MM - height, width, height
@@ -116,13 +117,28 @@ class Stack:
         """Leave room under the last panel, of what is free between rows."""
         self._above += millimetres
 
+    def share_scale(self, panels: Sequence[Axes]) -> None:
+        """Give panels of one quantity the same span, and numbers of one power of ten.
+
+        Where a common span is small against the values, each panel shows what is left of its
+        median.
+        """
+        limits = [panel.get_ylim() for panel in panels]
+        span = max(high - low for low, high in limits)
+        for panel, (low, high) in zip(panels, limits, strict=True):
+            middle = 0.5 * (low + high)
+            panel.set_ylim(middle - 0.5 * span, middle + 0.5 * span)
+        self._groups.append(list(panels))
+
     def finish(self, source: str, rate: float, seconds: float) -> Figure:
         """Write the recording into the corner, style all panels, and return the figure."""
         visible = [panel for panel in self.panels if panel.axison]
         style_panels(visible)
-        for panel in visible:
-            if panel.get_yscale() == "linear":
-                _shorten_numbers(panel)
+        grouped = {id(panel) for group in self._groups for panel in group}
+        others = [[panel] for panel in visible if id(panel) not in grouped]
+        for group in [*self._groups, *others]:
+            if group[0].get_yscale() == "linear":
+                _shorten_numbers(group)
         write_corner(self.figure, source, rate, seconds)
         return self.figure
 
@@ -137,39 +153,61 @@ def share_time_axis(panels: Sequence[Axes], first: float, last: float, unit: str
 
 
 def write_head(panel: Axes, text: str) -> None:
-    """Write over a panel what it shows."""
+    """Write the title of a panel above it."""
     # With no y matplotlib lays out all ticks to find one: a quarter of the time of drawing.
     panel.set_title(text, loc="left", size=FONT_PT, pad=2.2, y=1.0)
 
 
-def _shorten_numbers(panel: Axes) -> None:
-    """Write a power of ten, or what the numbers of a scale have in common, over the panel.
+def _shorten_numbers(panels: Sequence[Axes]) -> None:
+    """Write the power of ten of panels with one span, and the median where it is large, above them.
 
     Matplotlib would write it there by itself, over other letters.
     """
-    from matplotlib.ticker import Formatter, FuncFormatter
-
-    low, high = panel.get_ylim()
-    largest, span = max(abs(low), abs(high)), high - low
-    offset = 0.0
-    if span < _COMMON_OFFSET_RATIO * largest:
-        offset = float(np.round(0.5 * (low + high), -math.floor(math.log10(span))))
-        largest = span
+    limits = [panel.get_ylim() for panel in panels]
+    span = max(high - low for low, high in limits)
+    largest = max(abs(bound) for pair in limits for bound in pair)
+    has_offset = span < _COMMON_OFFSET_RATIO * largest
+    largest = span if has_offset else largest
     power = 0
     if not _MIN_PLAIN <= largest < _MAX_PLAIN:
         power = 3 * math.floor(math.log10(largest) / 3.0)
-    if power == 0 and offset == 0.0:
+    if power == 0 and not has_offset:
         return
+    digits = 2 - math.floor(math.log10(span))
+    for panel in panels:
+        offset = round(_median_of(panel), digits) if has_offset else 0.0
+        _write_shortened(panel, offset, power)
+
+
+def _median_of(panel: Axes) -> float:
+    """Return the median of a panel's first curve, or the middle of its scale where it has none."""
+    low, high = panel.get_ylim()
+    for line in panel.get_lines():
+        values = np.asarray(line.get_ydata(), dtype=np.float64)
+        inside = values[(values >= low) & (values <= high)]
+        if inside.size > 1:
+            return float(np.median(inside))
+    return 0.5 * (low + high)
+
+
+def _write_shortened(panel: Axes, offset: float, power: int) -> None:
+    from matplotlib.ticker import FixedLocator, Formatter, FuncFormatter, MaxNLocator
+
     unit = 10.0**power
 
     def shortened(value: float, _: int) -> str:
         # What is left of a difference that should be zero is none; nor is a zero negative.
         return Formatter.fix_minus(f"{round((value - offset) / unit, 6) + 0.0:.6g}")
 
-    panel.yaxis.set_major_formatter(FuncFormatter(shortened))
     text = panel.get_title(loc="left")
     if offset:
-        text = text.replace(" [", f" less {Formatter.fix_minus(f'{offset:.12g}')} [", 1)
+        low, high = panel.get_ylim()
+        ticks = MaxNLocator(5, steps=(1, 2, 5, 10)).tick_values(low - offset, high - offset)
+        panel.yaxis.set_major_locator(
+            FixedLocator([t + offset for t in ticks if low <= t + offset <= high])
+        )
+        text = text.replace(" [", f", from its median {Formatter.fix_minus(f'{offset:.12g}')} [", 1)
+    panel.yaxis.set_major_formatter(FuncFormatter(shortened))
     if power:
         text = text.replace("[", f"[10{str(power).translate(_SUPERSCRIPTS)} ", 1).replace(" ]", "]")
     write_head(panel, text)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from math import ceil, floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
+from zerorate.numerals import shorten
 from zerorate.texts import describe_missing_extra
 
 if TYPE_CHECKING:
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
 
 Corner = Literal["upper right", "lower left"]
 
-# Of Okabe and Ito, which colour-blind readers can tell apart.
+# Of Okabe and Ito, which colour-blind readers can distinguish.
 BLACK: Final = "#000000"
 ORANGE: Final = "#E69F00"
 SKY: Final = "#56B4E9"
@@ -52,7 +54,7 @@ _TEXT_COLOURS: Final = {
 }
 
 AXIS_COLOURS: Final = (BLUE, VERMILION, GREEN)
-"""Of x, y and z, in whatever figure: a reader without red or green tells them apart."""
+"""Colours of x, y and z in all figures: a reader without red or green distinguishes them."""
 
 AR_COLOURS: Final = (BLUE, SKY, GREEN)
 MA_COLOURS: Final = (VERMILION, ORANGE, PURPLE)
@@ -131,16 +133,26 @@ def _height_fraction(figure: Figure, millimetres: float) -> float:
 def write_title(figure: Figure, text: str) -> None:
     """Write the title of a figure."""
     figure.text(
-        0.5, 1.0 - _height_fraction(figure, 2.0), text, ha="center", va="top", size=FONT_PT + 1.5
+        0.5,
+        1.0 - _height_fraction(figure, 2.0),
+        with_minus_signs(text),
+        ha="center",
+        va="top",
+        size=FONT_PT + 1.5,
     )
 
 
+def with_minus_signs(text: str) -> str:
+    """Return a text with the minus sign that ticks have, before numbers."""
+    return re.sub(r"(?<![\w.)])-(?=\d)", "\N{MINUS SIGN}", text)
+
+
 def write_caption(figure: Figure, text: str, size: float = FONT_PT - 0.5) -> None:
-    """Write what a reader must know under a figure."""
+    """Write the caption under a figure."""
     figure.text(
         0.5,
         _height_fraction(figure, 2.0),
-        text,
+        with_minus_signs(text),
         ha="center",
         va="bottom",
         size=size,
@@ -151,8 +163,8 @@ def write_caption(figure: Figure, text: str, size: float = FONT_PT - 0.5) -> Non
 def write_corner(figure: Figure, source: str, rate: float, seconds: float) -> None:
     """Write a recording's name, rate and span, as far as known, into the lower right corner."""
     unit, length = time_unit(seconds)
-    details = [f"{rate:.4g} Hz"] if rate > 0.0 else []
-    details += [f"{seconds / length:.4g} {unit}"] if seconds > 0.0 else []
+    details = [f"{shorten(rate, 4)} Hz"] if rate > 0.0 else []
+    details += [f"{shorten(seconds / length, 4)} {unit}"] if seconds > 0.0 else []
     text = " · ".join([shorten_source(source), *details] if source else details)
     right = 1.0 - 1.5 * INCHES_PER_MM / figure.get_figwidth()
     figure.text(
@@ -174,7 +186,7 @@ def shorten_source(source: str, max_letters: int = 44) -> str:
 
 
 def write_in_middle(axes: Axes, text: str) -> None:
-    """Write why a panel is empty."""
+    """Write the reason why a panel is empty."""
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", size=FONT_PT, color=GREY_TEXT)
 
 

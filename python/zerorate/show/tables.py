@@ -49,7 +49,7 @@ class Table:
     legend : mapping of int to str
         What columns mean, said under the note where they are shown.
     blocks : bool
-        Whether columns that do not fit stand under the others, in the place of being left out.
+        Put columns that do not fit below the others, instead of leaving them out.
     """
 
     title: str
@@ -87,7 +87,7 @@ def as_text(table: Table) -> str:
 
 
 def _merge_legend(legend: Iterable[str]) -> list[str]:
-    """Return what columns mean, ``NAME: meaning``, those of one meaning as ``NAME, NAME: ``."""
+    """Return meanings of columns, ``NAME: meaning``, those of one meaning as ``NAME, NAME: ``."""
     names: dict[str, list[str]] = {}
     for entry in dict.fromkeys(legend):
         name, _, meaning = entry.partition(": ")
@@ -130,7 +130,7 @@ def _find_cuttable(rows: Sequence[Sequence[str]], words: int) -> list[int]:
 
 
 def _min_width(widths: Sequence[int], columns: Sequence[int], cut: Sequence[int]) -> int:
-    """Return how short a line can be: the widest of some columns may be cut."""
+    """Return the shortest line that is possible: the widest of some columns may be cut."""
     whole = sum(widths[i] for i in columns) + len(GAP) * (len(columns) - 1)
     longest = max((widths[i] for i in columns if i in cut), default=0)
     return whole - max(longest - _MIN_WORD_LETTERS, 0)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from zerorate.numerals import shorten
 from zerorate.show.style import (
     BLACK,
     BLUE,
@@ -157,7 +158,7 @@ def _write_times(
 def _make_caption(model: TemperatureModel) -> str:
     parts = []
     if model.blocks is not None:
-        parts.append(f"Means of {model.blocks.length:.3g} s at rest")
+        parts.append(f"Means of {shorten(model.blocks.length, 3)} s at rest")
     parts.append("curve, at the level of the end, with two standard errors")
     parts.append("grey: beyond the record, along the tangent")
     return "; ".join(parts).capitalize() + "."

@@ -31,31 +31,31 @@ class Contamination:
     Parameters
     ----------
     share : float
-        Share of the samples that are moved, each by chance, 0 to 1.
+        Share of outliers, each at random, 0 to 1.
     size : float
-        How far, in deviations of the record: see Notes.
+        Size of the outliers, in standard deviations of the record: see Notes.
     one_sided : bool
-        Whether all are moved upwards; by default each goes either way by chance.
+        Move all upwards; by default each has a random sign.
     burst : int
-        Neighbouring samples that are moved as far once a minute, at a random place in it. A record
-        that ends within a minute may end before the burst.
+        Length of a burst of such outliers once a minute, at a random time in it. A record that ends
+        within a minute may end before the burst.
     stuck : float
-        Seconds, from the middle of the record on, in which the last value before is repeated.
+        Duration, from the middle of the record on, in which the last value is repeated, s.
     at_zero : bool
-        Whether it is stuck at zero instead.
+        Stuck at zero instead.
 
     Raises
     ------
     ValueError
-        If a number is out of its range, there is no fault, or a size without outliers or the
-        other way round, or `at_zero` without `stuck`.
+        If a number is out of range, there is no fault, a size without outliers or outliers without
+        a size, or `at_zero` without `stuck`.
 
     Notes
     -----
-    The deviation of a record is 1.4826/sqrt(2) times the median size of its steps from one sample
-    to the next: the standard deviation of white noise, whatever the level, its drift or the unit.
-    Where half the steps are zero, that of a coarse output, their root mean square counts instead.
-    The deviation of a constant record is zero, and so is the size of its outliers.
+    The standard deviation of a record is 1.4826/sqrt(2) times the median size of its steps from one
+    sample to the next: that of white noise, for any level, drift or unit. If half of the steps are
+    zero, as in a coarse output, their root mean square is used instead. The standard deviation of a
+    constant record is zero, and so is the size of its outliers.
 
     Examples
     --------
@@ -151,7 +151,7 @@ class Contamination:
         return samples
 
     def stuck_span(self, n: int, rate: float) -> slice:
-        """Return which of n samples are stuck."""
+        """Return the slice of n samples that is stuck."""
         return slice(n // 2, min(n, n // 2 + round(self.stuck * rate)))
 
     def _contaminate(

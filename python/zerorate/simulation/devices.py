@@ -55,12 +55,12 @@ class Device:
 
 
 def device(name: str) -> Device:
-    """Return the entry of a gyro in the table `DEVICES`, however its name is spelled.
+    """Return the entry of a gyro in the table `DEVICES`, for any spelling of its name.
 
     Parameters
     ----------
     name : str
-        A key of `DEVICES`, which lists what is known; case, spaces and hyphens do not matter.
+        A key of `DEVICES`; case, spaces and hyphens do not matter.
 
     Returns
     -------
@@ -70,7 +70,7 @@ def device(name: str) -> Device:
     Raises
     ------
     ValueError
-        If there is no such device; the message lists those there are.
+        If there is no such device; the message lists the known ones.
 
     Examples
     --------

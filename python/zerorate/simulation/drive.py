@@ -59,7 +59,7 @@ _POSITION_TOLERANCE_M: Final = 5e-9
 
 @dataclass(frozen=True, eq=False)
 class SimulatedDrive:
-    """A simulated drive of n samples, with all that is true of it.
+    """A simulated drive of n samples, with the truth.
 
     North, east and down are the axes of the earth; forward, right and down those of the body.
 
@@ -70,23 +70,23 @@ class SimulatedDrive:
     rate : float
         Hz.
     gyro, accel : ndarray, shape (n, 3)
-        What the sensors give, rad/s and m/s^2.
+        Samples of the sensors, rad/s and m/s^2.
     fixes : Fixes
-        What the receiver gives, of its antenna.
+        Fixes of the receiver's antenna.
     truth_position : ndarray, shape (n, 3)
-        Of the inertial sensors: latitude and longitude, deg, and height, m.
+        Position of the inertial sensors: latitude and longitude, deg, and height, m.
     truth_velocity : ndarray, shape (n, 3)
         North, east and down, m/s.
     truth_quaternion : ndarray, shape (n, 4)
         Quaternions w, x, y, z from the axes of the body to those of the earth.
     gyro_bias, accel_bias : ndarray, shape (n, 3)
-        Constant and drift, rad/s and m/s^2. Samples less bias are the truth and white noise.
+        Constant bias plus drift, rad/s and m/s^2. Samples minus bias are the truth and white noise.
     antenna : ndarray, shape (3,)
-        From the inertial sensors, in the axes of the body, m.
+        Vector from the inertial sensors to the antenna, in the axes of the body, m.
     body_from_sensor : ndarray, shape (3, 3)
-        Rotation from the axes of the sensors, which samples and biases are in, to the body's.
+        Rotation from the axes of the sensors, those of samples and biases, to the body's.
     time_offset : TimeOffset
-        What is to be added to the times of the fixes.
+        Offset to add to the times of the fixes.
     source : str
         Kind and seed, in words.
 
@@ -154,7 +154,7 @@ def simulate_drive(
     time_offset: float | TimeOffset = 0.0,
     wander: float = 0.0,
 ) -> SimulatedDrive:
-    """Simulate gyro, accelerometer and receiver of a car whose way is known.
+    """Simulate gyro, accelerometer and receiver of a car on a known path.
 
     Parameters
     ----------
@@ -163,13 +163,13 @@ def simulate_drive(
     duration : float
         Seconds, up to 3600. Default 400.
     seed : int
-        Not negative. The same arguments give the same samples. The way, the biases, each noise and
-        the fixes draw from streams of their own: another noise is on the same way.
+        Not negative. The same arguments give the same samples. Path, biases, each noise and the
+        fixes draw from streams of their own: another noise leaves the path the same.
     latitude, longitude, height : float
-        Where it starts: deg within 85 and 180, and m above the ellipsoid.
+        Start: deg within 85 and 180, and m above the ellipsoid.
     kind : {"drive", "rest"}
-        A car in a town: it rests, gathers speed up to 8 to 18 m/s, slows down for corners, follows
-        bends, stops and goes on, over hills and on cambered roads. Or one that stands all the time.
+        A car in a town: it rests, accelerates to 8 to 18 m/s, slows down for corners, follows
+        bends, stops and goes on, over hills and on cambered roads. Or a car at rest.
     rest : float
         Seconds at rest at the start; default 30.
     gyro, accel : NoiseModel, Device, "consumer" or None
@@ -182,23 +182,23 @@ def simulate_drive(
         Fixes per second, Hz, up to `rate`. Each is at the time of a sample, the first at 0.
     position_sigma, velocity_sigma : float or array_like, shape (3,)
         Standard deviations of the fixes' white noise north, east and down, m and m/s, which the
-        fixes tell as well; with 0 they tell nothing.
+        fixes state, too; with 0 they state none.
     antenna : float or array_like, shape (3,)
-        From the inertial sensors, forward, right and down, m; or the standard deviation of what is
-        drawn.
+        Vector from the inertial sensors, forward, right and down, m; or the standard deviation of a
+        drawn one.
     body_from_sensor : array_like, shape (3, 3), "random" or None
         Rotation from the axes of the sensors to forward, right and down; None for none.
     time_offset : float or TimeOffset
-        What is to be added to the times of the fixes, s, as `find_time_offset` finds it: that of
+        Offset to add to the times of the fixes, s, as `find_time_offset` finds it: that of
         positions, of velocities, and a rate.
     wander : float
-        Part by which the time from sample to sample wanders, RMS, over half a minute. The stamps
+        Relative wander of the sampling interval, RMS, over half a minute. The stamps
         are right.
 
     Returns
     -------
     SimulatedDrive
-        What the sensors and the receiver give, and what is true.
+        Samples of the sensors and the receiver, and the truth.
 
     Raises
     ------
@@ -208,15 +208,15 @@ def simulate_drive(
     Notes
     -----
     A closed form of time gives heading, speed, and, along the road, pitch and roll. From it follow
-    angular rate and specific force at the samples, without differences. The truth is then what
-    strapdown navigation makes of these samples, step by step: coning and sculling of two samples,
-    ``v + C delta + (g - (2 Omega + rho) x v - (Omega + rho) x C delta / 2) dt``, position by the
-    mean of two velocities, radii and gravity anew at each step. So a filter with that
-    mechanisation returns the truth to rounding from samples without error. The other way round,
-    samples from a given way, means that are known would be taken apart into samples that
-    oscillate. The truth leaves the closed form by centimetres, and moves sideways by less than
-    1 mm/s in 400 s, 2 mm/s in an hour: the wheels hardly slip. All steps are taken at once, by
-    successive approximation.
+    angular rate and specific force at the samples, without differences. The truth is then the
+    strapdown navigation of these samples, step by step: coning and sculling of two samples, ``v + C
+    delta + (g - (2 Omega + rho) x v - (Omega + rho) x C delta / 2) dt``, position by the mean of
+    two velocities, radii and gravity computed again at each step. So a filter with that
+    mechanisation returns the truth to rounding from samples without error. Samples computed from a
+    given path instead would oscillate, since they would have to be separated from known means. The
+    truth leaves the closed form by centimetres, and moves sideways by less than 1 mm/s in 400 s, 2
+    mm/s in an hour: the wheels hardly slip. All steps are taken at once, by successive
+    approximation.
 
     Examples
     --------
@@ -311,7 +311,7 @@ def _draw_mount(mount: Mount, random: np.random.Generator) -> Floats | None:
 
 
 class _SensorError(NamedTuple):
-    """What a sensor adds to the truth, in its axes: white noise, and constant and drift, (n, 3)."""
+    """Errors that a sensor adds, in its axes: white noise, and constant and drift, (n, 3)."""
 
     noise: Floats
     bias: Floats
@@ -403,7 +403,7 @@ def _make_fixes(
     random: np.random.Generator,
     offset: TimeOffset,
 ) -> Fixes:
-    """Return the fixes at some moments, with the times that the receiver tells of them."""
+    """Return the fixes at some moments, with the times that the receiver reports."""
     attitude = way.attitude[moments]
     # The rate against the earth, which carries the antenna.
     spin = rates - rotate(inverse(way.attitude), earth_rate(way.position[:, 0]))
@@ -591,7 +591,7 @@ class _Trajectory:
 def _navigate(
     rates: Floats, force: Floats, rate: float | Floats, start: Floats, guess: _Trajectory
 ) -> _Trajectory:
-    """Return what strapdown navigation makes of samples, begun where the guess begins.
+    """Return the strapdown navigation of samples, begun at the start of the guess.
 
     Each round takes the rates of the local axes, gravity and radii from the way of the round
     before. The way depends on these so weakly that a few rounds settle it.

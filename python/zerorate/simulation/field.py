@@ -31,7 +31,7 @@ def earth_field(norm: float, dip: float) -> Floats:
 def draw_room_field(
     angle: float, earth: Floats, rate: float, n: int, random: np.random.Generator
 ) -> Floats:
-    """Return what a room adds to the field on a way through it, shape (n, 3).
+    """Draw the disturbance of the field by a room, on a way through it, shape (n, 3).
 
     Each axis is a Gauss-Markov process, so large that it turns the level part by this angle.
     """
@@ -51,7 +51,7 @@ def draw_magnet_field(earth: Floats, random: np.random.Generator) -> Floats:
 
 
 def magnet_nearness(seconds: Floats, magnet: Floats) -> Floats:
-    """Return how near a magnet is, from 0 to 1."""
+    """Return the nearness of a magnet, from 0 to 1."""
     near = np.zeros(seconds.size)
     for begin, end in magnet:
         edge = np.minimum(seconds - begin, end - seconds) / _EDGE_S
@@ -60,7 +60,7 @@ def magnet_nearness(seconds: Floats, magnet: Floats) -> Floats:
 
 
 def check_spans(magnet: npt.ArrayLike) -> Floats:
-    """Return when a magnet is near, shape (m, 2); ValueError if these are no spans of time."""
+    """Return the spans in which a magnet is near, shape (m, 2); ValueError for wrong spans."""
     intervals = (
         np.zeros((0, 2)) if np.size(magnet) == 0 else check_shape("magnet", magnet, (None, 2))
     )

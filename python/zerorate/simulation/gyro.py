@@ -63,7 +63,7 @@ def simulate(
         Output in rad/s (m/s^2 for a model of acceleration): drift, white noise, quantization
         noise and rounding.
     truth : ndarray of float64, the shape of `signal`
-        What a perfect drift filter would report, in the same unit: turn-on bias, flicker, random
+        Output of a perfect drift filter, in the same unit: turn-on bias, flicker, random
         walk, ramp, Markov noise and sinusoids, without white and quantization noise and rounding.
 
     Raises
@@ -88,7 +88,7 @@ def simulate(
     random phase, are taken at the samples' instants and are drift: no part of them averages out
     as white noise does.
 
-    A coefficient that is not identifiable counts by its value, not by its bound.
+    A coefficient that is not identifiable enters with its value, not with its bound.
 
     Examples
     --------

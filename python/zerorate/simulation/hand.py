@@ -78,7 +78,7 @@ class Hand:
         return product(main, step), rates + _rate_of_vector(wobble, drift)
 
     def interpolate(self, t: Floats, of_poses: Floats) -> Floats:
-        """Return what each pose has, shape (m, k), and in a turn a smooth change to the next."""
+        """Return the poses' values, shape (m, k), with a smooth change to the next in a turn."""
         index, part = self.progress(t)
         along = _least_jerk(part)[0][:, None]
         following = np.minimum(index + 1, len(of_poses) - 1)
@@ -86,7 +86,7 @@ class Hand:
         return changed
 
     def progress(self, t: Floats) -> tuple[Integers, Floats]:
-        """Return the pose at or before each time, and how much of its turn is over, 0 to 1."""
+        """Return the pose at or before each time, and the part of its turn that is over, 0 to 1."""
         length = self.rest + self.turn
         # Rounding must not take the first sample of a rest for the last of the turn before.
         index = np.clip(np.floor(t / length + 1e-9), 0, len(self.starts) - 1).astype(np.int64)
@@ -101,7 +101,7 @@ class Hand:
         return rests, np.column_stack((rests[:-1, 1] - 1, rests[1:, 0] + 1))
 
     def _wobble(self, t: Floats, index: Integers, part: Floats) -> tuple[Floats, Floats]:
-        """Return by how much the hand is off the turn's axis, rad, and the derivative."""
+        """Return the distance of the hand from the turn's axis, rad, and the derivative."""
         angle, rate = np.zeros((t.size, 3)), np.zeros((t.size, 3))
         for side, (bump, slope) in zip((0, 1), _bumps(part), strict=True):
             angle += self.wobbles[index, side] * bump[:, None]
@@ -160,7 +160,7 @@ def check_shape(name: str, values: npt.ArrayLike, shape: tuple[int | None, ...])
 def take_or_draw(
     name: str, value: npt.ArrayLike, shape: tuple[int, ...], random: np.random.Generator
 ) -> Floats:
-    """Return the numbers given, or one number times what is drawn from a normal distribution."""
+    """Return the given numbers, or one number times normal random ones."""
     drawn = random.standard_normal(shape)
     if np.ndim(value) > 0:
         return check_shape(name, value, shape)

@@ -52,7 +52,7 @@ class Part(Protocol):
 
 @dataclass(frozen=True)
 class GaussMarkov:
-    """Exponentially correlated noise, stationary: its deviation in deg/s and time in s."""
+    """Exponentially correlated noise, stationary: its standard deviation in deg/s and time in s."""
 
     deviation: float
     time: float
@@ -193,9 +193,9 @@ class GyroModel:
     resolution : float
         Step of the output, deg/s; 0 for none.
     turn_on_bias : float
-        Deviation of the constant bias, deg/s. No filter is told.
+        Standard deviation of the constant bias, deg/s. No filter is given it.
     transient : bool
-        Whether the drift dies away: such a model is reported apart.
+        True if the drift dies away: such a model is reported separately.
 
     Raises
     ------

@@ -42,36 +42,35 @@ _STREAMS: Final = ("motion", "errors", "gyro", "accel", "mag", "lost")
 
 @dataclass(frozen=True, kw_only=True)
 class MotionErrors:
-    """What the sensors of a simulated motion make of it; a number is a standard deviation.
+    """Errors of the sensors of a simulated motion; a number is a standard deviation.
 
     The defaults are those of a consumer device. Bias, matrix, walk and noise of the gyro and the
-    wandering of the field are what `zerorate.Attitude` expects of its sensors before it has seen
-    any.
+    wandering of the field are the priors of `zerorate.Attitude`.
 
     Parameters
     ----------
     gyro_bias : float or array_like, shape (3,)
-        Of what is drawn at the start, or the values, rad/s; default 0.5 deg/s.
+        Standard deviation of the bias drawn at the start, or its values, rad/s; default 0.5 deg/s.
     gyro_scale, gyro_misalignment : float
-        Of the diagonal about 1 and of the other elements of M in ``rate = M (gyro - bias)``;
-        default 0.008 and 0.005.
+        Standard deviations of the diagonal about 1 and of the other elements of M in ``rate = M
+        (gyro - bias)``; default 0.008 and 0.005.
     gyro_matrix : array_like, shape (3, 3), optional
         M itself. Default: drawn.
     gyro_noise : float
         Density of the white noise, rad/s/sqrt(Hz); default 0.01 deg/s/sqrt(Hz).
     gyro_walk : float
-        By which the bias moves within a second, rad/s/sqrt(s); default 0.01 deg/s/sqrt(s).
+        Random walk of the bias, rad/s/sqrt(s); default 0.01 deg/s/sqrt(s).
     accel_bias : float or array_like, shape (3,)
-        Of what is drawn, or the values, m/s^2; default 0.05.
+        Standard deviation of the drawn bias, or its values, m/s^2; default 0.05.
     accel_noise : float
         Density, m/s^2/sqrt(Hz); default 0.004.
     mag_noise : float
-        Of each sample, uT; default 0.5. There is no hard iron and no soft iron.
+        Noise of each sample, uT; default 0.5. There is no hard iron and no soft iron.
     field_wander : float
-        Angle by which the field turns as the sensor goes about in a room, rad: each axis of the
-        earth is a Gauss-Markov process of 15 s. Default 4.5 deg.
+        Angle of the field's variation as the sensor moves in a room, rad: each axis of the earth is
+        a Gauss-Markov process of 15 s. Default 4.5 deg.
     lost : float
-        Share of the samples that is lost; default 0.
+        Share of lost samples; default 0.
 
     Examples
     --------
@@ -102,32 +101,32 @@ class MotionErrors:
 
 @dataclass(frozen=True, eq=False)
 class SimulatedMotion:
-    """A simulated motion of n samples, with all that is true of it.
+    """A simulated motion of n samples, with the truth.
 
     Parameters
     ----------
     time
-        When each sample was taken, s, shape (n,). Lost samples are not among them.
+        Time of each sample, s, shape (n,), without lost samples.
     rate
         Samples per second of the sensors, Hz.
     gyro, accel, mag
-        What the sensors give, rad/s, m/s^2 and uT, shape (n, 3).
+        Samples of the sensors, rad/s, m/s^2 and uT, shape (n, 3).
     quaternion
         w, x, y, z from sensor to earth, whose axes point east, north and up, shape (n, 4).
     rates
         True angular rate in the axes of the sensor, rad/s, shape (n, 3): the mean over the sample
-        interval that ends at the time, which is what integration needs.
+        interval that ends at the time, as integration needs it.
     force, velocity
         True specific force in the axes of the sensor, m/s^2, and velocity in those of the earth,
         m/s, at the time, shape (n, 3).
     bias
-        Of the gyro, rad/s, shape (n, 3).
+        Bias of the gyro, rad/s, shape (n, 3).
     gyro_matrix
         M in ``rate = M (gyro - bias)``, shape (3, 3).
     accel_bias
         m/s^2, shape (3,).
     at_rest, disturbed
-        Whether the sensor stood still, and whether a magnet was near, shape (n,).
+        Masks of rest, and of a near magnet, shape (n,).
     source
         Kind and seed, in words.
 
@@ -195,7 +194,7 @@ def simulate_motion(
     field: float = 48.0,
     dip: float = 65.0 * _DEG,
 ) -> SimulatedMotion:
-    """Simulate gyro, accelerometer and magnetometer in a motion whose orientation is known.
+    """Simulate gyro, accelerometer and magnetometer in a motion of known orientation.
 
     Parameters
     ----------
@@ -209,22 +208,21 @@ def simulate_motion(
         Seconds. Default 60.
     seed : int
         Not negative. The same arguments give the same samples. Motion, errors and each noise draw
-        from streams of their own: other errors are of the same motion.
+        from streams of their own: other errors leave the motion the same.
     start : {"rest", "motion"}
-        Whether 5 s at rest come first, from which the motion gathers speed, or it is under way
-        from the first sample on.
+        Begin with 5 s at rest, from which the motion accelerates, or in full motion.
     errors : MotionErrors, optional
-        Of the sensors; default those of a consumer device. ``MotionErrors.none()`` has none.
+        Errors of the sensors; default those of a consumer device. ``MotionErrors.none()`` has none.
     magnet : array_like, shape (m, 2)
-        Seconds from and to which a magnet or iron is near: norm and dip of the field change.
-        Default: never.
+        Start and end of spans, s, in which a magnet or iron is near: norm and dip of the field
+        change. Default: never.
     field, dip : float
-        Of the earth: uT, and rad below the horizon. Default 48 uT, 65 deg.
+        Field of the earth: uT, and rad below the horizon. Default 48 uT, 65 deg.
 
     Returns
     -------
     SimulatedMotion
-        What the sensors give, and what is true.
+        Samples of the sensors, and the truth.
 
     Raises
     ------
@@ -236,7 +234,7 @@ def simulate_motion(
     Orientation, angular rate and velocity are closed forms of time. Gyro samples are the mean rate
     of the interval which ends at the sample (Gauss-Legendre, four points); accelerometer and
     magnetometer are sampled at that time. Acceleration is a central difference of the velocity
-    over 20 us, good to 1e-6 m/s^2. How violent a motion is, its seed draws.
+    over 20 us, good to 1e-6 m/s^2. The seed also draws the strength of the motion.
 
     Examples
     --------
@@ -278,12 +276,12 @@ class _TimedMotion:
         return q, rates * pace[:, None], velocity * pace[:, None]
 
     def at_rest(self, t: Floats) -> Booleans:
-        """Return when it stands still."""
+        """Return the mask of rest."""
         still: Booleans = self._progress(t)[1] == 0.0
         return still
 
     def _progress(self, t: Floats) -> tuple[Floats, Floats]:
-        """Return the trajectory's own time, s, and how fast it passes: smoothly from 0 to 1."""
+        """Return the trajectory's own time, s, and its rate: smoothly from 0 to 1."""
         if not self.from_rest:
             return t, np.ones(t.size)
         ease = self.trajectory.ease
@@ -376,7 +374,7 @@ def _draw_bias(
 
 
 def _draw_received(lost: float, n: int, random: np.random.Generator) -> Booleans:
-    """Return which samples are not lost; the first never is."""
+    """Return the mask of samples that are received; the first always is."""
     if not 0.0 <= lost < 1.0:
         raise ArgumentError("lost", f"must be from 0 to below 1, got {lost}")
     received = random.random(n) >= lost

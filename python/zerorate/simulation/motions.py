@@ -57,7 +57,7 @@ def vehicle(rate: float, duration: float, seed: int = 0) -> Floats:
 
 
 def hand(rate: float, duration: float, seed: int = 0) -> Floats:
-    """Return a hand that shakes and turns what it holds: 90 deg/s (RMS), most of it below 4 Hz.
+    """Return a hand that shakes and turns the sensor: 90 deg/s (RMS), most of it below 4 Hz.
 
     Parameters and result are those of `table`.
     """

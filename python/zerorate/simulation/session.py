@@ -51,7 +51,7 @@ _STREAMS: Final = ("motion", "errors", "disturbance", "gyro noise", "accel noise
 
 @dataclass(frozen=True, kw_only=True)
 class GyroErrors:
-    """What a simulated gyroscope makes of angular rate; all numbers in SI units.
+    """Errors of a simulated gyroscope; all numbers in SI units.
 
     Parameters
     ----------
@@ -62,22 +62,21 @@ class GyroErrors:
     misalignment : float
         Standard deviation of its other elements, rad; default 0.01.
     bias : float or array_like, shape (3,)
-        rad/s: a standard deviation of what is drawn, or the values; default a deviation of
-        0.5 deg/s.
+        rad/s: the standard deviation of drawn values, or the values; default a standard deviation
+        of 0.5 deg/s.
     g_sensitivity : float or array_like, shape (3, 3)
-        G, rad/s per g: a standard deviation of each element, or the values; default a deviation
-        of 0.05 deg/s/g.
+        G, rad/s per g: the standard deviation of each element, or the values; default a standard
+        deviation of 0.05 deg/s/g.
     noise : NoiseModel, Device or None
-        Default the MPU-6050. A device brings its resolution, too; its turn-on bias does not count.
+        Default the MPU-6050. A device brings its resolution, too; its turn-on bias is not used.
     resolution : float, optional
         Step to which the output is rounded, rad/s; 0 for none. Default: that of the device.
     range : float, optional
-        Largest output, rad/s: what is larger stays there. Default: none.
+        Largest output, rad/s, at which it saturates. Default: none.
     temperature : array_like, shape (k,) or (k, 3)
         c_1 to c_k of the bias ``sum c_j ((T - 25)/10)^j``, rad/s, T in degC. Default: none.
     unit : {"deg/s", "rad/s", "unit"}
-        Of the samples; "unit" for counts of the resolution, the unit of which a log does not
-        tell.
+        Unit of the samples; "unit" for counts of the resolution, whose unit a log does not state.
 
     Examples
     --------
@@ -101,7 +100,7 @@ class GyroErrors:
 
 @dataclass(frozen=True, kw_only=True)
 class AccelErrors:
-    """What a simulated accelerometer makes of specific force; all numbers in SI units.
+    """Errors of a simulated accelerometer; all numbers in SI units.
 
     Parameters
     ----------
@@ -113,19 +112,19 @@ class AccelErrors:
     misalignment : float
         Standard deviation of the elements below it, rad; default 0.01.
     bias : float or array_like, shape (3,)
-        m/s^2: a standard deviation of what is drawn, or the values; default a deviation of 20 mg.
+        m/s^2: the standard deviation of drawn values, or the values; default a standard deviation
+        of 20 mg.
     disturbance : float
-        Standard deviation of what is added to the output of each axis in each pose, m/s^2: how
-        well a pose repeats itself. Default 0.3 mg.
+        Standard deviation of an offset that is drawn for each axis in each pose, m/s^2: the
+        repeatability of a pose. Default 0.3 mg.
     noise : NoiseModel, Device or None
         Default 400 ug/sqrt(Hz) and a bias instability of 40 ug.
     resolution : float
         Step to which the output is rounded, m/s^2; 0 for none. Default 1/16384 g.
     range : float, optional
-        Largest output, m/s^2: what is larger stays there. Default: none.
+        Largest output, m/s^2, at which it saturates. Default: none.
     unit : {"g", "m/s^2", "unit"}
-        Of the samples; "unit" for counts of the resolution, the unit of which a log does not
-        tell.
+        Unit of the samples; "unit" for counts of the resolution, whose unit a log does not state.
 
     Examples
     --------
@@ -148,12 +147,12 @@ class AccelErrors:
 
 @dataclass(frozen=True, eq=False)
 class SimulatedSession:
-    """A simulated calibration, with all that is true of it.
+    """A simulated calibration, with the truth.
 
     Parameters
     ----------
     recording
-        What the sensors give: ``gyro``, ``accel`` and, if asked for, ``temperature``.
+        Samples of the sensors: ``gyro``, ``accel`` and, if requested, ``temperature``.
     truth
         The parameters, with a covariance of zero, in the units of the samples. The gyro's bias is
         the mean of ``bias``.
@@ -165,11 +164,11 @@ class SimulatedSession:
     force
         True specific force in the axes of the body, m/s^2, shape (n, 3).
     bias
-        Bias of the gyro at each sample, with drift and temperature in it, in the unit of the
+        Bias of the gyro at each sample, including drift and temperature, in the unit of the
         samples, shape (n, 3).
     rests, turns
-        Their samples, from the first to before the last, shape (poses, 2) and (poses - 1, 2). A
-        turn begins with the last sample of a rest and ends with the first of the next.
+        Ranges of their samples, from the first to before the last, shape (poses, 2) and (poses - 1,
+        2). A turn begins with the last sample of a rest and ends with the first of the next.
 
     Examples
     --------
@@ -211,10 +210,10 @@ def simulate_session(
     Parameters
     ----------
     poses : int, "six" or array_like, shape (m, 4) or (m, 3, 3)
-        How many poses, each turned to from the one before about a random axis by a random angle;
-        or "six", each axis up once and down once, exactly; or the poses: quaternions or rotation
-        matrices that turn vectors of the body into the world, whose z is up. Between given ones
-        it is turned the shortest way. Default 20.
+        Number of poses, each reached from the one before by a rotation about a random axis by a
+        random angle; or "six", each axis up once and down once, exactly; or the poses: quaternions
+        or rotation matrices that turn vectors of the body into the world, whose z is up. Rotations
+        between given poses are the shortest ones. Default 20.
     seed : int
         Not negative. The same arguments give the same session. Motion, errors and each noise draw
         from streams of their own.
@@ -223,21 +222,21 @@ def simulate_session(
     rest, turn : float
         Length of each rest and each turn, s; default 6 and 2.
     angles : tuple of float
-        Between which the angle of a random turn lies, rad; default 60 to 170 deg.
+        Range of the angle of a random turn, rad; default 60 to 170 deg.
     axis : array_like, shape (3,), optional
-        About which all random turns go, in the axes of the body in the first pose, which is
-        level: ``(0, 0, 1)`` is the vertical. Default: a random one each.
+        Axis of all random turns, in the axes of the body in the first pose, which is level: ``(0,
+        0, 1)`` is the vertical. Default: a random axis for each turn.
     turns : array_like, shape (m, 3), optional
         Rotation vectors of the turns, in the axes of the body, rad, instead of `poses`: a turn
         may be longer than half a revolution then.
     wobble : float
-        How far the hand leaves the axis of a turn on the way, rad: a standard deviation about each
-        axis, default 0.06. Not where the axis is given.
+        Deviation of the hand from the axis of a turn, rad: a standard deviation about each axis,
+        default 0.06. Not used with a given axis.
     tremor : float
-        RMS of the angular rate with which the hand trembles, also at rest, rad/s: 1 to 8 Hz.
-        Default 0, a sensor that is put down.
+        RMS angular rate of the hand's tremor, also at rest, rad/s: 1 to 8 Hz. Default 0, for a
+        sensor that is put down.
     gyro, accel : GyroErrors, AccelErrors, optional
-        What the sensors make of it; by default those of an ordinary consumer device.
+        Errors of the sensors; by default those of an ordinary consumer device.
     temperature : tuple of float or callable, optional
         Temperature in degC: the first and the last, between which it goes exponentially, three
         time constants in all; or a function of the seconds, shape (n,). Default: not recorded.
@@ -247,7 +246,7 @@ def simulate_session(
     Returns
     -------
     SimulatedSession
-        The recording and all that is true of it.
+        The recording and the truth.
 
     Raises
     ------
@@ -256,13 +255,13 @@ def simulate_session(
 
     Notes
     -----
-    A turn goes along its rotation vector with the profile of least jerk, 10 s^3 - 15 s^4 + 6 s^5
+    A turn follows its rotation vector with the profile of least jerk, 10 s^3 - 15 s^4 + 6 s^5
     (T. Flash and N. Hogan, "The coordination of arm movements", J. Neurosci. 5(7), 1985, equation
     4); with the wobble its axis moves. The accelerometer is 0.1 m from the centre of the turns.
 
     Orientation is a closed form of time and the rate its derivative, evaluated at the samples, as
-    a gyro of large bandwidth gives it. Both are known to rounding; what an integral of the samples
-    misses is the integrator's own error.
+    a gyro of large bandwidth gives it. Both are exact to rounding; the error of an integral of the
+    samples is the integrator's own.
 
     Examples
     --------
@@ -303,7 +302,7 @@ def _streams(seed: int) -> dict[str, np.random.Generator]:
 
 @dataclass(frozen=True, eq=False)
 class _Imu:
-    """A motion at the samples, and what sensors make of it."""
+    """A motion at the samples, and the sensors' errors."""
 
     motion: Hand
     seconds: Floats
@@ -399,7 +398,7 @@ class _Imu:
 
 @dataclass(frozen=True)
 class _Output:
-    """How a sensor's output, in SI units, becomes samples."""
+    """Conversion of a sensor's output, in SI units, into samples."""
 
     names: tuple[str, ...]
     unit: str

@@ -1,4 +1,4 @@
-"""Motions of what is swung, carried or driven, in closed form: orientation, rate and velocity.
+"""Motions that are swung, carried or driven, in closed form: orientation, rate and velocity.
 
 Each function draws a motion and returns it as a `Trajectory`. East, north and up are x, y and z of
 the earth, and the axes of a body that is level and heads east: forward, left and up.
@@ -150,7 +150,7 @@ def vehicle(random: Random, duration: float) -> Trajectory:
 
 
 def circle(random: Random, duration: float) -> Trajectory:
-    """Return what is carried round a circle, without end, and tilts a little on the way."""
+    """Return a trajectory round a circle, without end, with a little tilt on the way."""
     turning = _draw_signed(random, 30.0, 90.0) * _DEG
     radius = random.uniform(0.5, 1.5)
     way = _steady_turn(random.uniform(0.0, _TURN), turning)
@@ -166,7 +166,7 @@ def circle(random: Random, duration: float) -> Trajectory:
 
 
 def hand(random: Random, duration: float) -> Trajectory:
-    """Return what a hand turns from pose to pose, and moves about, with hardly a stop."""
+    """Return a trajectory of a hand that turns from pose to pose with hardly a stop."""
     rest, turn = 0.3, 1.5
     poses = math.ceil((duration + 2.0) / (rest + turn)) + 1
     turns = turned_by_hand(

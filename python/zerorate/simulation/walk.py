@@ -27,11 +27,11 @@ class SimulatedWalk:
     time : ndarray, shape (n,)
         s.
     gyro, accel : ndarray, shape (n, 3)
-        What the sensor shows, rad/s and m/s^2; axes ahead, left, up.
+        Samples of the sensor, rad/s and m/s^2; axes ahead, left, up.
     position : ndarray, shape (n, 3)
-        Of the sensor: ahead, left and up of the start, m.
+        Position of the sensor: ahead, left and up of the start, m.
     standing : ndarray of bool, shape (n,)
-        Where the foot does not move at all.
+        Mask of samples at which the foot does not move at all.
     distance : float
         Level way from stance to stance, m.
     stride_count : int
@@ -86,45 +86,45 @@ def simulate_walk(
     gyro_bias: float = 3e-3,
     gyro_range: float = math.inf,
 ) -> SimulatedWalk:
-    """Return the walk of a foot that stands, swings and stands again.
+    """Simulate the walk of a foot that stands, swings and stands again.
 
-    In a swing the foot follows polynomials that begin and end at rest; it pitches by 0.7 rad up and
-    down, about 9 rad/s at most at the usual `swing`. A stance is still to the last bit.
+    In a swing the foot follows polynomials that begin and end at rest. It pitches by 0.7 rad up and
+    down, at most at about 9 rad/s with the default `swing`. A stance is still to the last bit.
 
     Parameters
     ----------
     rate : float
         Samples a second.
     strides : int
-        How many.
+        Number of strides.
     seed : int
-        Of noise and biases.
+        Seed of noise and biases.
     length : float
-        Of a stride, m; drawn to a tenth around it.
+        Length of a stride, m; each is drawn to within a tenth of it.
     stance, swing : float
-        How long they last, s.
+        Their durations, s.
     turn : float
-        By how much each stride turns to the left, rad.
+        Turn of each stride to the left, rad.
     step_height : float
-        By how much each stride climbs, m.
+        Climb of each stride, m.
     rest : float
-        How long the foot stands before the first and after the last stride, s.
+        Rest before the first and after the last stride, s.
     gyro_noise, accel_noise : float
         White noise, rad/s/sqrt(Hz) and m/s^2/sqrt(Hz).
     gyro_bias : float
         Standard deviation of the constant biases that are drawn, rad/s.
     gyro_range : float
-        Where the gyro clips, rad/s.
+        Range of the gyro, at which it clips, rad/s.
 
     Returns
     -------
     SimulatedWalk
-        What the sensor shows, and the truth.
+        Samples of the sensor, and the truth.
 
     Raises
     ------
     ValueError
-        If a parameter is out of its range.
+        If a parameter is out of range.
 
     Examples
     --------
@@ -163,17 +163,17 @@ def simulate_feet(
     gyro_bias: float = 3e-3,
     gyro_range: float = math.inf,
 ) -> tuple[SimulatedWalk, SimulatedWalk]:
-    """Return the walk of a left and of a right foot, each with a sensor of its own.
+    """Simulate the walk of a left and of a right foot, each with a sensor of its own.
 
-    The left one steps first, half a stride; then they go by turns, and the right one ends beside
-    it with half a stride. All else is as of `simulate_walk`.
+    The left one steps first, half a stride; then they alternate, and the right one ends next to it
+    with half a stride. All else is as of `simulate_walk`.
 
     Parameters
     ----------
     rate, strides, seed, length, stance, swing, turn, rest
         As of `simulate_walk`; strides of each foot.
     step_width : float
-        How far the feet are apart while they stand side by side, m.
+        Distance of the feet while they stand side by side, m.
     gyro_noise, accel_noise, gyro_bias, gyro_range
         As of `simulate_walk`, of both sensors.
 
@@ -186,7 +186,7 @@ def simulate_feet(
     Raises
     ------
     ValueError
-        If a parameter is out of its range.
+        If a parameter is out of range.
 
     Examples
     --------
@@ -229,7 +229,7 @@ def _check_positive(name: str, value: float) -> None:
 
 @dataclass(frozen=True)
 class _SensorErrors:
-    """What is wrong with a sensor."""
+    """Errors of a sensor on a foot."""
 
     gyro_noise: float
     accel_noise: float
@@ -245,7 +245,7 @@ class _SensorErrors:
 
 @dataclass(frozen=True)
 class _Gait:
-    """How a foot walks."""
+    """Gait of a foot."""
 
     rate: float
     stance: float
@@ -259,7 +259,7 @@ class _Gait:
 
 @dataclass(frozen=True, eq=False)
 class _Path:
-    """Where a foot starts, m, how it moves in each stride, and where it looks in stances, rad."""
+    """Start of a foot, m, its move in each stride, and its heading in stances, rad."""
 
     begin: Floats
     moves: Floats
@@ -267,7 +267,7 @@ class _Path:
 
     @classmethod
     def follow_arc(cls, way: Floats, curvature: float, side: float, left: float) -> _Path:
-        """Return that of a foot so far to the left of a bent line; the left one starts at 0."""
+        """Return the value for a foot left of a bent line; the left one starts at 0."""
         headings = curvature * way
         if curvature:
             middle = np.column_stack([np.sin(headings), 1.0 - np.cos(headings)]) / curvature

@@ -1,4 +1,4 @@
-"""What the wheels of a simulated drive tell: their speed, with a scale, noise, ticks and slips."""
+"""Wheels of a simulated drive: their speed, with a scale, noise, ticks and slips."""
 
 from __future__ import annotations
 
@@ -32,28 +32,28 @@ def wheel_speeds(
     yaw: float = 0.0,
     seed: int = 0,
 ) -> Floats:
-    """Return what wheels tell of a simulated drive, as ``NavigationFilter.process`` takes it.
+    """Return wheel speeds of a simulated drive, as ``NavigationFilter.process`` takes them.
 
     Parameters
     ----------
     drive : SimulatedDrive
-        Of n samples.
+        Simulated drive of n samples.
     rate : float
-        Hz at which they tell it, at samples; NaN at all others.
+        Rate of the measurements, Hz; other samples are NaN.
     scale : float
-        They roll (1 + scale) times as fast as they tell.
+        The wheels roll (1 + scale) times as fast as measured.
     sigma : float
-        Deviation of white noise, m/s.
+        Standard deviation of white noise, m/s.
     tick : float
-        Way from count to count, m, by which the speed is rounded; 0 for none.
+        Distance from count to count, m, by which the speed is rounded; 0 for none.
     slips : int
-        How often they slip, for 0.5 to 2 s, 40 % too slow or 30 % too fast.
+        Number of slips, of 0.5 to 2 s, 40 % too slow or 30 % too fast.
     axle : array_like, shape (3,)
-        From the inertial sensors, forward, right, down, m.
+        Vector from the inertial sensors to the axle, forward, right, down, m.
     yaw : float
-        Of the axis along which they roll, to the right of the sensors' x, rad.
+        Angle of the rolling direction to the right of the sensors' x, rad.
     seed : int
-        Of noise and slips.
+        Seed of noise and slips.
 
     Returns
     -------
@@ -69,8 +69,8 @@ def wheel_speeds(
     --------
     >>> import zerorate as zr
     >>> drive = zr.simulate_drive(duration=60.0, seed=1)
-    >>> told = zr.simulation.wheel_speeds(drive, scale=0.02)
-    >>> told.shape, bool(abs(told[::10]).max() > 5.0)
+    >>> speeds = zr.simulation.wheel_speeds(drive, scale=0.02)
+    >>> speeds.shape, bool(abs(speeds[::10]).max() > 5.0)
     ((6000,), True)
     """
     if not 0.0 < rate <= drive.rate:
@@ -108,16 +108,16 @@ def wheel_ticks(
     Parameters
     ----------
     drive : SimulatedDrive
-        Of n samples.
+        Simulated drive of n samples.
     tick : float
-        Metres that are told to be a tick, m.
+        Stated length of a tick, m.
     scale, slips, axle, yaw, seed
         As of `wheel_speeds`.
 
     Returns
     -------
     ndarray, shape (n,)
-        Whole numbers, from 0 on.
+        Counts as whole numbers, from 0 on.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def wheel_ticks(
 
 
 def _rolling_speed(drive: SimulatedDrive, scale: float, axle: npt.ArrayLike, yaw: float) -> Floats:
-    """Return the speed that wheels without noise tell at each sample, m/s."""
+    """Return the speed of wheels without noise at each sample, m/s."""
     if not abs(scale) <= 0.5:
         raise ArgumentError("scale", f"must be within 0.5, got {scale}")
     velocity = rotate(inverse(drive.truth_quaternion), drive.truth_velocity)

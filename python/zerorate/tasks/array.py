@@ -1,4 +1,4 @@
-"""What ``zerorate replay --array`` does: one gyro of many, and how each of them did."""
+"""Replay of an array, as ``zerorate replay --array``: one gyro of many, and each one's results."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from zerorate.array.rotations import Rotations, find_rotations, read_rotations
 from zerorate.checks.preparation import FILTER_CHOICES, prepare
 from zerorate.faults import ArgumentError, bare_argument, keyword_argument, make_sentence
 from zerorate.io.writing import write_log
+from zerorate.numerals import shorten
 from zerorate.options import add_rest_limits
 from zerorate.progress import Progress, choose_reporter
 from zerorate.record.log import Log, LogError, notes_of
@@ -56,7 +57,7 @@ _USED, _MISSING, _SATURATED, _EXCLUDED, _LEFT_OUT = range(len(SAMPLE_FATES))
 
 @dataclass(frozen=True, eq=False)
 class ArrayAllan:
-    """Overlapping Allan deviations at rest, the bias taken off all alike, in the unit of the log.
+    """Overlapping Allan deviations at rest, with all biases subtracted, in the unit of the log.
 
     Parameters
     ----------
@@ -103,9 +104,9 @@ class ArrayReplay(Result):
     rotations : ndarray, shape (N, 3, 3), or None
         From each sensor's axes to those of the body; None where all are taken as aligned.
     params : mapping
-        Further arguments that make the array anew.
+        Further arguments that make the array again.
     rate : ndarray, shape (n, 3) or (n,)
-        The rate of the body, its bias taken off; NaN where no sensor is left.
+        The rate of the body, without its bias; NaN where no sensor is left.
     weights : ndarray, shape (n, N)
         Share of each sensor in the rate, the mean over the axes; 0 where it was not used.
     fate : ndarray of int8, shape (n, N)
@@ -129,7 +130,7 @@ class ArrayReplay(Result):
     rotation_set : Rotations or None
         The rotations with their errors, where they were found or read.
     rotations_found : bool
-        Whether rotations were found: they are saved as well.
+        True if rotations were found: they are saved, too.
     remarks : tuple of str
         Sentences on how the sensors stand to each other.
     alarms : tuple of str
@@ -174,7 +175,7 @@ class ArrayReplay(Result):
 
     @property
     def rest_mask(self) -> Booleans:
-        """Where the body rested about all axes for certain, shape (n,)."""
+        """Mask of samples in which the body certainly rested about all axes, shape (n,)."""
         return _certain_rest(self.at_rest, self.log.rate)
 
     @property
@@ -206,7 +207,7 @@ class ArrayReplay(Result):
         return columns
 
     def excluded_spans(self, sensor: int) -> list[tuple[float, float]]:
-        """Return when a sensor was excluded, from and to in s from the first sample."""
+        """Return the spans in which a sensor was excluded, in s from the first sample."""
         excluded = runs(self.fate[:, sensor] == _EXCLUDED) / self.log.rate
         return [(start, stop) for start, stop in excluded.tolist()]
 
@@ -231,41 +232,42 @@ def replay_array(
     progress: Progress | None = None,
     **options: Unpack[ArrayArguments],
 ) -> ArrayReplay:
-    """Make one gyro of all gyros of a recording, sample by sample as live.
+    """Fuse all gyros of a recording into one, sample by sample as live.
 
     ``zerorate replay --array`` does the same.
 
     Parameters
     ----------
     source : Recording, Log, ArrayLog, path, data frame or mapping of arrays
-        With several gyros of one body; an ArrayLog is taken as it is.
+        With several gyros of one body; an ArrayLog is used as it is.
     rotations : Rotations, path, array_like of shape (N, 3, 3) or "find", optional
-        From each sensor's axes to those of the body. "find": from the log's motion. By default
+        Rotations to the axes of the body. "find": from the log's motion. By default
         all are aligned.
     positions : array_like, shape (N, 3), optional
-        Of the sensors in the axes of the body, m, for the accelerometers of the log, if it has any.
+        Positions of the sensors in the axes of the body, m, for the accelerometers of the log, if
+        any.
     weights : {"auto", "mean", "white"} or array_like
         As of `zerorate.GyroArray`.
     fix : bool
-        Put right a unit or axes of a gyro that the motion contradicts, where that is sure.
+        Correct a unit or axes of a gyro that the motion contradicts, where that is certain.
     progress : callable, optional
-        Called with a step's name and the fraction of it that is done.
+        Called with a step's name and the fraction done.
         By default a bar in a notebook.
     **options
         Other arguments of `zerorate.GyroArray`: ``limit``, ``rest_limit``, ``bias_limit``,
-        ``scale_error``, ``method``. Where the unit is known, the limits of what rest can be are
-        those of `zerorate.options.LIMITS` unless they are given. Arguments of
-        `zerorate.read_recording`, for a source that is read.
+        ``scale_error``, ``method``. Where the unit is known, the limits of rest are those of
+        `zerorate.options.LIMITS` unless they are given. Arguments of `zerorate.read_recording`, for
+        a source that is read.
 
     Returns
     -------
     ArrayReplay
-        Rate, weights, what became of the samples, Allan deviations; `table`, `plot`, `save`.
+        Rate, weights, use of the samples, Allan deviations; `table`, `plot`, `save`.
 
     Raises
     ------
     LogError
-        If there is no gyro, the gyros do not go together, or no sensor holds a sample.
+        If there is no gyro, the gyros do not match, or no sensor holds a sample.
     ValueError
         If an argument is not valid.
 
@@ -443,7 +445,7 @@ def _accel_allan(
 
 
 class _ArrayRecorder:
-    """What is noted of an array, block by block."""
+    """Records of an array, block by block."""
 
     def __init__(self, log: ArrayLog, rotations: Floats | None, limit: float | None) -> None:
         n, sensors, axes = log.n, log.sensors, len(log.axes)
@@ -458,7 +460,7 @@ class _ArrayRecorder:
         self._excluded = np.zeros(sensors, np.bool_)
 
     def take(self, array: GyroArray, first: int) -> None:
-        """Give the array one block, and note what it says."""
+        """Give the array one block, and record its output."""
         block = np.s_[first : first + _BLOCK_ROWS]
         z = np.ascontiguousarray(self._log.data[block])
         begin = time.thread_time()
@@ -517,7 +519,7 @@ def _expand_axes(values: npt.NDArray[Any], ndim: int) -> npt.NDArray[Any]:
 def _classify_samples(
     z: Floats, used: Booleans, excluded: Booleans, limit: float | None
 ) -> npt.NDArray[np.int8]:
-    """Return what became of the samples z (n, N, axes) of each sensor."""
+    """Return the class of each sample z (n, N, axes) of each sensor."""
     fate = np.where(used, _USED, _LEFT_OUT).astype(np.int8)
     fate[excluded] = _EXCLUDED
     if limit is not None:
@@ -527,7 +529,7 @@ def _classify_samples(
 
 
 def _certain_rest(rest: Booleans, rate: float) -> Booleans:
-    """Return where all axes (n, axes) rest, but for samples in which a motion may have begun."""
+    """Return the mask of rest on all axes (n, axes), but for samples in which motion may begin."""
     certain: Booleans = np.all(rest, axis=1)
     before = onset_samples(rate)
     for i in np.flatnonzero(certain[:-1] & ~certain[1:]) + 1:
@@ -568,7 +570,8 @@ def notes_on(replay: ArrayReplay) -> Iterator[str]:
     if replay.disputed.any():
         seconds = replay.disputed.sum() / log.rate
         yield (
-            f"for {seconds:.4g} s sensors disagreed and nobody knew which was wrong: all were used"
+            f"for {shorten(seconds, 4)} s sensors disagreed and nobody knew which was wrong: all "
+            "were used"
         )
     lost = ~np.isfinite(replay.rate.reshape(log.n, -1)).all(axis=1)
     if lost.any():
@@ -580,20 +583,22 @@ def notes_on(replay: ArrayReplay) -> Iterator[str]:
             " give them",
         )
     yield (
-        "the log of the array holds its rate without bias, and beside it rest, weight_LABEL and "
+        "the log of the array holds its rate without bias, and also rest, weight_LABEL and "
         "excluded_LABEL of each sensor"
     )
 
 
 def _format_spans(spans: Sequence[tuple[float, float]]) -> str:
-    """Return the first spans, and how many there are more."""
-    shown = ", ".join(f"{start:.4g} to {end:.4g} s" for start, end in spans[:_MAX_LISTED_SPANS])
+    """Return the first spans, and the number of further ones."""
+    shown = ", ".join(
+        f"{shorten(start, 4)} to {shorten(end, 4)} s" for start, end in spans[:_MAX_LISTED_SPANS]
+    )
     more = len(spans) - _MAX_LISTED_SPANS
     return f"{shown} and {more} more" if more > 0 else shown
 
 
 def files_of(result: ArrayReplay) -> Files:
-    """Return what the replay of an array is saved as: log, figure, and rotations if found."""
+    """Return the files of an array's replay: log, figure, and rotations if found."""
     writers: list[Writer] = [lambda path: write_log(result.to_log(), path)]
     others = []
     if result.rotations_found and result.rotation_set is not None:

@@ -1,4 +1,4 @@
-"""The attitude of a recording: what ``attitude`` does."""
+"""The attitude of a recording: ``zerorate attitude``."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import numpy.typing as npt
 from zerorate.attitude.estimate import AttitudeEstimate, attitude_of
 from zerorate.attitude.options import ATTITUDE_OPTIONS
 from zerorate.calibration.calibration import Calibration
+from zerorate.calibration.magnet.changes import note_iron_changes
 from zerorate.calibration.magnetometer import MagnetometerCalibration
 from zerorate.checks.preparation import Choices, Clipped, prepare
 from zerorate.faults import ArgumentError, keyword_argument, make_sentence
@@ -32,9 +33,10 @@ from zerorate.tasks.source import (
     ReadingArguments,
     Source,
     name_source_in_errors,
-    recording_of,
+    one_imu_of,
     split_options,
 )
+from zerorate.views import page_of
 
 _Path: TypeAlias = str | os.PathLike[str]
 _Columns: TypeAlias = Sequence[str | int]
@@ -68,7 +70,7 @@ def estimate_attitude(
     declination: float = 0.0,
     at: npt.ArrayLike | None = None,
     bias_limit: float | None = None,
-    gyro: str = "gyro",
+    gyro: str | None = None,
     accel: str | None = None,
     calibration: Calibration | _Path | None = None,
     magnetometer: MagnetometerCalibration | _Path | None = None,
@@ -81,10 +83,10 @@ def estimate_attitude(
     progress: Progress | None = None,
     **options: Unpack[AttitudeOptions],
 ) -> AttitudeEstimate:
-    """Find which way a body points, from gyro, accelerometer and, if there is one, magnetometer.
+    """Estimate the orientation of a body from gyro, accelerometer and, if present, magnetometer.
 
-    The recording is checked and mended first. The clock of the gyro counts: a sample of another
-    sensor is taken at the first one of the gyro that is not before it. ``zerorate attitude`` does
+    The recording is checked and corrected first. The clock of the gyro is used: a sample of another
+    sensor is processed with the first gyro sample that is not earlier. ``zerorate attitude`` does
     the same.
 
     Parameters
@@ -100,29 +102,30 @@ def estimate_attitude(
     offline : bool
         Use the whole recording for each sample, later ones too.
     mag : bool
-        Use a magnetometer, if there is one; without, the heading is against the start and drifts.
+        Use a magnetometer, if there is one; without one the heading is relative to the start and
+        drifts.
     learn_magnetometer : bool
         Learn the magnetometer's hard iron from the motion, as a live filter can.
     declination : float
-        How far magnetic north lies east of true north, rad: north is then the true one.
+        Angle of magnetic north east of true north, rad: north is then the true one.
     at : array_like, shape (2,), optional
-        Latitude and longitude, deg, in place of `declination`: that of the World Magnetic Model.
+        Latitude and longitude, deg, in place of `declination`: it is then that of the World
+        Magnetic Model.
     bias_limit : float, optional
-        Largest bias that such a gyro has, rad/s: a steadier rate beyond is a rotation, never a
-        rest. Default 10 deg/s.
+        Largest possible bias, rad/s: a steady rate beyond it is a rotation, never a rest. Default
+        10 deg/s.
     gyro, accel : str
-        Which of several sensors: ``"gyro_1"`` and so on; default the first gyro, and the
-        accelerometer of its device.
+        Names of logs: ``"gyro_1"`` and so on; default the only gyro, and the accelerometer of its
+        device. ``sensor="imu2"`` chooses both by the name of their device.
     calibration : Calibration or path, optional
-        Taken off gyro and accelerometer first.
+        Calibration to correct gyro and accelerometer with, first.
     magnetometer : MagnetometerCalibration or path, optional
-        Hard and soft iron, taken off the magnetometer first: span by span in the recording that it
-        was made of.
+        Calibration to correct the magnetometer with, first: span by span in its own recording.
     clipped : {"auto", "restore", "leave"}
         Rates that the gyro clipped: restored from their flanks where nothing else explains them;
-        where flanks promise more; or left.
+        wherever the flanks predict more; or left.
     fix : bool
-        Put right a unit or axes of the gyro that the motion contradicts, where that is sure.
+        Correct a unit or axes of the gyro that the motion contradicts, where that is certain.
     reference : Poses, path or sequence of str, optional
         True orientation from sensor to earth: poses on the clock of the recording, a file of them,
         whose north is its own, or the four columns w, x, y, z of the source. Default: its columns
@@ -130,12 +133,13 @@ def estimate_attitude(
     reference_offset : float
         Added to the times of the poses, s.
     reference_frame : {"enu", "ned", "nwu"}, optional
-        Axes of the earth that the reference is to; default `frame`.
+        Earth axes of the reference; default `frame`.
     reference_heading : {"aligned", "absolute", "relative"}, optional
-        How headings are compared: turned to fit best, by the reference's north, or to the first
-        sample. Default "aligned" for poses; else "absolute", or "relative" without a magnetometer.
+        Comparison of headings: rotated to fit best, by the reference's north, or relative to the
+        first sample. Default "aligned" for poses; else "absolute", or "relative" without a
+        magnetometer.
     progress : callable, optional
-        Called with a step's name and the fraction that is done. By default a bar in a notebook.
+        Called with a step's name and the fraction done. By default a bar in a notebook.
     **options
         Constants of named methods of `zerorate.Attitude`: time_constant, kp, ki, beta, gyro_noise,
         accel_noise, mag_noise, bias_walk; and arguments of `zerorate.read_recording`, for a source
@@ -150,7 +154,7 @@ def estimate_attitude(
     ------
     LogError
         If gyro or accelerometer are missing, not of three axes or not of a known unit, or gravity
-        is absent; what contradicts the recording is in the notes of the error.
+        is absent; contradictions in the recording are in the notes of the error.
     ValueError
         If an argument is out of range, or has no effect.
 
@@ -170,12 +174,13 @@ def estimate_attitude(
     north_declination, declination_notes = _find_declination(declination, at)
     truth, columns = _load_reference(reference, reference_offset)
     _check_heading(reference_heading)
-    correct = correction_of(calibration, magnetometer, gyro=gyro, accel=accel)
+    correct = correction_of(calibration, magnetometer, gyro=gyro or "gyro", accel=accel)
     reading, constants = split_options(options, ATTITUDE_OPTIONS)
     check_used(constants, [method], ATTITUDE_OPTIONS)
     settings = {**constants, **_filter_settings(learn_magnetometer, bias_limit)}
     report("reading", 0.0)
-    recording = recording_of(source, {**reading, "reference": columns})
+    recording = one_imu_of(source, {**reading, "reference": columns}, gyro, accel)
+    gyro = gyro or "gyro"
     choices = Choices(gyro, accel, fix, clipped, bias_limit=bias_limit, correct=correct)
     with name_source_in_errors(recording.source):
         prepared = prepare(recording, choices)
@@ -189,7 +194,8 @@ def estimate_attitude(
     if reference_heading is not None and estimate.reference is None:
         raise ValueError(make_sentence(keyword_argument("reference_heading"), " needs a reference"))
     heading = reference_heading or estimate.compared_heading
-    notes = (*declination_notes, *estimate.notes)
+    changes = note_iron_changes(prepared.recording, gyro) if estimate.mag else ()
+    notes = (*declination_notes, *estimate.notes, *changes)
     return replace(estimate, alarms=prepared.alarms, notes=notes, compared_heading=heading)
 
 
@@ -203,7 +209,7 @@ def _refuse_mag_options(**mag_options: object) -> None:
 
 
 def _filter_settings(learn_magnetometer: bool, bias_limit: float | None) -> dict[str, Any]:
-    """Return what was given of the default filter: the named ones refuse it."""
+    """Return the options of the default filter that were given: named filters refuse them."""
     learned: dict[str, Any] = {"learn_magnetometer": True} if learn_magnetometer else {}
     return learned if bias_limit is None else {**learned, "bias_limit": bias_limit}
 
@@ -217,7 +223,7 @@ def _find_declination(
     if declination:
         message = (
             keyword_argument("at"),
-            " tells the declination: give it, or ",
+            " determines the declination: give it, or ",
             keyword_argument("declination"),
         )
         raise ValueError(make_sentence(*message))
@@ -274,11 +280,14 @@ def _check_heading(heading: str | None) -> None:
         )
 
 
-def files_of(result: AttitudeEstimate, *, tum: bool = False) -> Files:
-    """Return what an attitude is saved as: log and figure; with `tum` the poses as well."""
+def files_of(result: AttitudeEstimate, *, tum: bool = False, view: bool = False) -> Files:
+    """Return the files of an attitude: log and figure; poses and a page in 3D on request."""
     writers: list[Writer] = [lambda path: write_log(result.to_log(), path)]
     endings = []
     if tum:
         writers.append(text_writer(result.poses().to_tum()))
         endings.append(".tum")
+    if view:
+        writers.append(text_writer(page_of(result)))
+        endings.append(".html")
     return Files("-zerorate-attitude", "", writers, endings, {"": figure_writer(result.plot)})

@@ -1,4 +1,4 @@
-"""Calibrations of IMUs and magnetometers, and what they correct: what ``calibrate`` does."""
+"""Calibrations of IMUs and magnetometers, and their application: ``zerorate calibrate``."""
 
 from __future__ import annotations
 
@@ -35,6 +35,7 @@ from zerorate.tasks.source import (
     ReadingArguments,
     Source,
     name_source_in_errors,
+    one_imu_of,
     recording_of,
 )
 from zerorate.views import Result
@@ -81,45 +82,45 @@ def calibrate(
     source : Recording, path, data frame or mapping of arrays, optional
         With a gyro and an accelerometer, each on its own clock; NaN marks missing samples.
     gyro, accel : str, Log or array_like, shape (n, 3), optional
-        Which logs of the recording, if it has several; or the samples themselves, with `rate`. An
-        array has no unit: gravity and the turns find it, and corrected samples are in rad/s and
-        m/s^2.
+        Names of the logs, if the recording has several; or the samples themselves, with `rate`. An
+        array has no unit: gravity and the rotations determine it, and corrected samples are in
+        rad/s and m/s^2.
     gravity : float, optional
-        Local gravity, m/s^2. Default 9.80665, from which it differs by up to 0.3 %: the scale of
-        the accelerometer moves by as much.
+        Local gravity, m/s^2. Default 9.80665, which may be wrong by 0.3 %, as is then the scale of
+        the accelerometer.
     frame : {"x", "z", "symmetric"}
         Axes of the body: as of `Calibration`.
     g_sensitivity : {"auto", True, False}
-        Take what gravity does to the gyro off in turns, too: "auto" if one of its elements differs
-        from zero by three standard errors. It is estimated from rests anyway, but for False.
+        Subtract the g-sensitivity in rotations, too: "auto" if one of its elements differs from
+        zero by three standard errors. It is estimated from rests in any case, unless False.
     prior : {"datasheet", "wide"}
-        What is known before, as of `zerorate.calibration.calibrate`.
+        Prior, as of `zerorate.calibration.calibrate`.
     saturation : float, optional
-        End of the gyro's range, raw unit. Default: the largest or smallest value of an axis, if
-        it comes ten times.
+        End of the gyro's range, raw unit. Default: the largest or smallest value of an axis, if it
+        occurs ten times.
     rests : iterable of Rest or (start, stop), optional
-        Where the sensor rested, s. Default: found.
+        Rests of the sensor, s. Default: found.
     temperature : bool
         Add a model of the gyro's bias by temperature, from the rests of the same recording.
     fix : bool
-        Put right a unit or axes of the gyro that the motion contradicts, where that is sure.
+        Correct a unit or axes of the gyro that the motion contradicts, where that is certain.
     progress : callable, optional
-        Called with a step's name and the fraction that is done. By default a bar in a notebook.
+        Called with a step's name and the fraction done. By default a bar in a notebook.
     **reading
         Arguments of `zerorate.read_recording`, for a source that is read.
 
     Returns
     -------
     Calibration
-        Ask `valid` first: if it is False, ``problems`` says why, and ``advice`` what to do.
+        Check `valid` first: if it is False, ``problems`` says why, and ``advice`` what to do.
         `table`, `plot` and `save`, which takes ``exports=("px4",)``.
 
     Raises
     ------
     CalibrationError
-        If rests and turns are so few that nothing can be estimated.
+        If there are too few rests and rotations for an estimate.
     LogError
-        If a sensor is not there, has not three axes, or another unit than it says, or gravity is
+        If a sensor is missing, does not have three axes, or its unit is wrong, or gravity is
         absent.
     ValueError, TypeError
         If an argument is not as described.
@@ -157,7 +158,8 @@ def _load_recording(
     source: Source | None, sensors: dict[str, Any], reading: ReadingArguments
 ) -> Recording:
     """Return the recording to calibrate; samples that are given take the place of its sensors."""
-    recording = None if source is None else recording_of(source, reading)
+    chosen = ["given" for sensor in sensors.values() if sensor is not None]
+    recording = None if source is None else one_imu_of(source, reading, *chosen)
     if recording is not None and all(
         sensor is None or isinstance(sensor, str) for sensor in sensors.values()
     ):
@@ -210,7 +212,7 @@ def _has_other_axes(calibration: Calibration) -> bool:
 def calibrate_magnetometer(
     source: Source,
     *,
-    gyro: str = "gyro",
+    gyro: str | None = None,
     one: bool = False,
     field: float | None = None,
     dip: float | None = None,
@@ -218,37 +220,37 @@ def calibrate_magnetometer(
     progress: Progress | None = None,
     **reading: Unpack[ReadingArguments],
 ) -> MagnetometerCalibration:
-    """Calibrate a magnetometer from ordinary motion: the gyro says how the field must turn.
+    """Calibrate a magnetometer from ordinary motion, by the rotation that the gyro measures.
 
-    The recording is checked and mended first. ``zerorate calibrate --magnetometer`` does the same.
+    The recording is checked and corrected first. ``zerorate calibrate --magnetometer`` does the
+    same.
 
     Parameters
     ----------
     source : Recording, path, data frame or mapping of arrays
         With gyro, accelerometer and a magnetometer in any unit. Without a gyro a sphere is fitted,
-        which needs all directions and a field that stays; a note says so.
+        which needs all directions and a constant field; a note says so.
     gyro : str
-        Which of several sensors; default the first.
+        Name of the gyro, of several; default the first.
     one : bool
-        The record has one hard iron, since nobody touched the device. Default: several where that
-        leaves clearly less scatter, for a magnet that comes and goes.
+        Assume one hard iron for the record, since nobody touched the device. Default: several where
+        that leaves clearly less scatter, as for a magnet that comes and goes.
     field, dip : float, optional
-        Size of the field at the place, uT, and its angle below the level, rad: a result that cannot
-        be of there is not valid.
+        Strength of the local field, uT, and its angle below the level, rad: a result that
+        contradicts them is not valid.
     place : tuple of float, optional
         Latitude and longitude, deg, and maybe height, m: `zerorate.geometry.earth_field` then gives
-        field and dip. Default that of the recording's positions, where it has some and pygeomag is
-        installed.
+        field and dip. Default: the recording's positions, if any, and if pygeomag is installed.
     progress : callable, optional
-        Called with a step's name and the fraction that is done. By default a bar in a notebook.
+        Called with a step's name and the fraction done. By default a bar in a notebook.
     **reading
         Arguments of `zerorate.read_recording`, for a source that is read.
 
     Returns
     -------
     MagnetometerCalibration
-        Ask `applied`: only what more than halves the scatter of samples that the fit had not
-        seen is taken off. `table`, `plot` and `save`, which takes ``exports=("px4",)``.
+        Check `applied`: a correction is applied only if it more than halves the scatter of samples
+        that the fit had not seen. `table`, `plot` and `save`, which takes ``exports=("px4",)``.
 
     Raises
     ------
@@ -256,7 +258,7 @@ def calibrate_magnetometer(
         Without accelerometer (unless there is no gyro either) or magnetometer, or with less than
         ten seconds of them.
     ValueError
-        If ``field`` or ``dip`` are none of the earth's, or ``place`` is no place.
+        If ``field`` or ``dip`` are impossible on earth, or ``place`` is no place.
     ImportError
         If ``place`` is given and pygeomag is not installed.
 
@@ -269,7 +271,8 @@ def calibrate_magnetometer(
     """
     report = choose_reporter(progress)
     report("reading", 0.0)
-    recording = recording_of(source, reading)
+    recording = one_imu_of(source, reading, gyro)
+    gyro = gyro or "gyro"
     choices = Choices(gyro, gravity=gyro in recording)
     with name_source_in_errors(recording.source):
         prepared = prepare(recording, choices)
@@ -283,7 +286,7 @@ def calibrate_magnetometer(
 
 
 def _restore_frozen_mag(prepared: PreparedRecording, raw: Recording, name: str) -> Recording:
-    """Return what was prepared, with a magnetometer that is frozen throughout: the fit says so."""
+    """Return the prepared recording, with a magnetometer that is frozen throughout."""
     is_frozen = name in raw and any(remark.check == FROZEN for remark in prepared.remarks)
     if not is_frozen or name in prepared.recording:
         return prepared.recording
@@ -292,7 +295,7 @@ def _restore_frozen_mag(prepared: PreparedRecording, raw: Recording, name: str) 
 
 @dataclass(frozen=True, eq=False)
 class Corrected(Result):
-    """A recording without what a calibration has found, as `zerorate.correct` returns it.
+    """A recording corrected by a calibration, as `zerorate.correct` returns it.
 
     Parameters
     ----------
@@ -363,16 +366,16 @@ def correct(
 ) -> Corrected:
     """Correct a recording by a calibration, as ``zerorate calibrate --apply`` does.
 
-    Clipped rates are left as they are, and acceleration without gravity is taken.
+    Clipped rates are left as they are, and acceleration without gravity is accepted.
 
     Parameters
     ----------
     source : Recording, path, data frame or mapping of arrays
-        With a gyro, an accelerometer or both, raw as those that were calibrated.
+        With a gyro, an accelerometer or both, raw as in the calibration.
     calibration : Calibration or path
-        What is taken off.
+        Calibration to apply.
     gyro, accel : str, optional
-        Names of the two in the recording. Default: those that the calibration was made of, by their
+        Names of the two in the recording. Default: the sensors of the calibration, by their
         columns, or the first.
     **reading
         Arguments of `zerorate.read_recording`, for a source that is read.
@@ -385,7 +388,7 @@ def correct(
     Raises
     ------
     LogError
-        If neither sensor is there.
+        If both sensors are missing.
     ValueError
         If units do not fit those of the calibration.
 
@@ -420,7 +423,7 @@ def correct(
 def compare_with_earlier(
     calibration: Calibration, earlier: Calibration | Path_
 ) -> CalibrationComparison:
-    """Return how far each parameter has moved since an earlier calibration, which comes first."""
+    """Return the change of each parameter since an earlier calibration, which comes first."""
     old = calibration_of(earlier)
     units = {"gyro": calibration.gyro_units[0], "accel": calibration.accel_units[0]}
     return compare_calibrations(old.to_frame(calibration.frame).in_units(**units), calibration)
@@ -433,7 +436,7 @@ def files_of(
     doubtful: bool = False,
     panels: Literal["usual", "all"] = "usual",
 ) -> Files:
-    """Return what a calibration is saved as: JSON, files for other programs, figures.
+    """Return the files of a calibration: JSON, files for other programs, figures.
 
     One that is not valid is not exported, unless `doubtful` says so.
     """
@@ -462,7 +465,7 @@ def check_exports(exports: Sequence[str], supported: Sequence[str]) -> None:
 
 
 def unusable(found: MagnetometerCalibration) -> Sequence[str]:
-    """Return why nothing can be done with a calibration of a magnetometer, if so."""
+    """Return the reason why a magnetometer's calibration is useless, if so."""
     if found.problems:
         return found.problems[:1]
     if not found.applied and not any(one.identifiable for one in found.hard_iron):
@@ -476,19 +479,19 @@ def _export_texts(calibration: Calibration, export: str, doubtful: bool) -> Sequ
     if export == "json":
         return ()
     if export == "imu_tk":
-        return calibration.to_imu_tk(force=doubtful)
+        return calibration.to_imu_tk(doubtful=doubtful)
     exporters = {
         "kalibr": calibration.to_kalibr,
         "px4": calibration.to_px4,
         "ardupilot": calibration.to_ardupilot,
     }
-    return (exporters[export](force=doubtful),)
+    return (exporters[export](doubtful=doubtful),)
 
 
 def magnetometer_files(
     calibration: MagnetometerCalibration, *, exports: Sequence[str] = (), doubtful: bool = False
 ) -> Files:
-    """Return what a magnetometer's calibration is saved as: JSON, exports, the figure."""
+    """Return the files of a magnetometer's calibration: JSON, exports, the figure."""
     check_exports(exports, MAGNETOMETER_EXPORTS)
     exporters: dict[str, Callable[..., str]] = {
         "px4": calibration.to_px4, "ardupilot": calibration.to_ardupilot
@@ -496,7 +499,7 @@ def magnetometer_files(
     written_exports = [export for export in exports if export in exporters]
     texts = (
         calibration.to_json(),
-        *(exporters[export](force=doubtful) for export in written_exports),
+        *(exporters[export](doubtful=doubtful) for export in written_exports),
     )
     endings = [ending for export in written_exports for ending in EXPORTS[export]]
     data = [*map(text_writer, texts)]
@@ -506,7 +509,7 @@ def magnetometer_files(
 
 
 def corrected_files(result: Corrected) -> Files:
-    """Return what a corrected recording is saved as: a log, and one more for each other clock."""
+    """Return the files of a corrected recording: a log, and one more for each other clock."""
     tables = result.tables()
     data: list[Writer] = [partial(write_log, log) for log in tables.values()]
     others = [f"{ending}." for ending in tables if ending]

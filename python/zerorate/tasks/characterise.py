@@ -1,4 +1,4 @@
-"""What ``zerorate allan`` does: the noise of gyros and accelerometers, from a log at rest."""
+"""Noise of gyros and accelerometers, from a log at rest: ``zerorate allan``."""
 
 from __future__ import annotations
 
@@ -99,6 +99,8 @@ class Characterised(Result):
         output: str | os.PathLike[str] = ".",
         *,
         force: bool = False,
+        bounds: bool = True,
+        doubtful: bool = False,
         export: str | Iterable[str] = (),
         inflate: float = 1.0,
         per_sample: bool = False,
@@ -111,8 +113,12 @@ class Characterised(Result):
         output : str or path
             Folder for the files, or the name of one of them.
         force : bool
-            Replace existing files, and export numbers that the log does not bear out, with a
-            warning in the file.
+            Replace existing files.
+        bounds : bool
+            Export the upper bound of a coefficient that the log does not determine. False leaves
+            its line out, which Kalibr and ORB-SLAM3 do not accept.
+        doubtful : bool
+            Export numbers of a log that moved or is too short, with a warning in the file.
         export : str or iterable of str
             Files for estimators, of the worst axis: some of kalibr, vins, orbslam3, px4, ros; json
             has the models of all axes.
@@ -129,7 +135,7 @@ class Characterised(Result):
             If an export is refused.
         """
         choices |= {"export": export, "inflate": inflate, "per_sample": per_sample}
-        return super().save(output, force=force, forced=force, **choices)
+        return super().save(output, force=force, bounds=bounds, doubtful=doubtful, **choices)
 
 
 @dataclass(frozen=True)
@@ -176,13 +182,13 @@ def characterise(
     confidence : float
         Probability that the bounds hold the true deviation.
     markov : int
-        How many Markov terms to find.
+        Number of Markov terms to find.
     second_opinion : bool
         Estimate the coefficients from the spectrum as well.
     fix : bool
-        Put right a unit or axes of the gyro that a motion contradicts, where that is sure.
+        Correct a unit or axes of the gyro that a motion contradicts, where that is certain.
     progress : callable, optional
-        Called with a step's name and the fraction that is done. By default a bar in a notebook.
+        Called with a step's name and the fraction done. By default a bar in a notebook.
     **reading
         Arguments of `zerorate.read_recording`, for a source that is read.
 
@@ -194,7 +200,7 @@ def characterise(
     Raises
     ------
     LogError
-        If there is no sensor, the log has fewer than 20 samples, or a column none.
+        If there is no sensor, the log has fewer than 20 samples, or a column has none.
     ValueError
         If an argument is not as described.
 
@@ -267,7 +273,7 @@ def _join_logs(logs: Sequence[Log]) -> Log:
 
 
 def parse_exports(export: str | Iterable[str], inflate: float, per_sample: bool) -> list[str]:
-    """Return the names of exports, each once; ValueError for what acts on none of them.
+    """Return the names of exports, each once; ValueError for options that none of them uses.
 
     `export`: names, with commas between or as a sequence.
     """
@@ -302,7 +308,8 @@ def export_texts(
     *,
     inflate: float = 1.0,
     per_sample: bool = False,
-    forced: bool = False,
+    bounds: bool = True,
+    doubtful: bool = False,
 ) -> tuple[dict[str, str], list[str]]:
     """Return the texts of exports by their names, and why others are refused.
 
@@ -318,7 +325,10 @@ def export_texts(
     _check_units(names, result.sensors[0].log)
     for name in names:
         try:
-            texts[name] = _export_text(name, result.sensors, inflate, per_sample, forced)
+            texts[name] = _export_text(
+                name, result.sensors, per_sample,
+                inflate=inflate, bounds=bounds, doubtful=doubtful,
+            )  # fmt: skip
         except ValueError as error:
             refused.setdefault(sentence_of(error), []).append(name)
     return texts, [
@@ -326,8 +336,10 @@ def export_texts(
     ]
 
 
-def describe_missing_numbers(result: Characterised, exports: Iterable[str]) -> list[str]:
-    """Return which numbers exports lack, and what to record for them."""
+def describe_missing_numbers(
+    result: Characterised, exports: Iterable[str], bounds: bool = True
+) -> list[str]:
+    """Return the numbers of exports that are bounds or left out, and advice for the next record."""
     kinds = set(exports) - {_JSON}
     if not kinds:
         return []
@@ -335,11 +347,9 @@ def describe_missing_numbers(result: Characterised, exports: Iterable[str]) -> l
     walk = kinds != {"ros"}
     models = (_worst_model(result.sensors, kind) for kind in ("angular rate", "acceleration"))
     return [
-        make_sentence(
-            f"exports leave out the {number}, or ",
-            keyword_argument("force"),
-            " writes its upper bound",
-        )
+        f"exports have an upper bound of the {number}"
+        if bounds
+        else f"exports leave out the {number}"
         for model in models
         if model is not None
         for number in list_undetermined(model, walk)
@@ -362,17 +372,16 @@ def _check_units(exports: Sequence[str], gyro: Log) -> None:
 def _export_text(
     export: str,
     sensors: Sequence[Characterisation],
-    inflate: float,
     per_sample: bool,
-    force: bool,
+    **options: Any,  # noqa: ANN401
 ) -> str:
     if export == _JSON:
-        return models_json(sensors, force=force)
+        return models_json(sensors, doubtful=options["doubtful"])
     gyro, accelerometer = (_worst_model(sensors, kind) for kind in ("angular rate", "acceleration"))
     if gyro is None:
         raise ValueError("it needs a model of a gyro, and this log gives none")
     rate = sensors[0].curve.rate
-    common: dict[str, Any] = {"accelerometer": accelerometer, "inflate": inflate, "force": force}
+    common: dict[str, Any] = {"accelerometer": accelerometer, **options}
     if export == "kalibr":
         return gyro.to_kalibr(rate=rate, rostopic=_ros_topic(sensors[0].log), **common)
     if export == "vins":
@@ -396,7 +405,7 @@ def _worst_model(sensors: Sequence[Characterisation], quantity: str) -> NoiseMod
 
 
 def files_of(result: Characterised, **exports: Any) -> Files:  # noqa: ANN401
-    """Return what a characterisation is saved as: curves, exports and a figure.
+    """Return the files of a characterisation: curves, exports and a figure.
 
     `exports`: arguments of `export_texts`; ValueError if one is refused.
     """
@@ -407,7 +416,7 @@ def files_of(result: Characterised, **exports: Any) -> Files:  # noqa: ANN401
 
 
 def files_with(found: Characterised, exports: Mapping[str, str]) -> Files:
-    """Return what a characterisation is saved as, with these texts of exports by their names."""
+    """Return the files of a characterisation, with these texts of exports by their names."""
     curves = [one.curve for one in found.sensors]
     writers: list[Writer] = [lambda path: write_curves(curves, path)]
     writers += map(text_writer, exports.values())

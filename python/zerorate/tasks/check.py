@@ -1,4 +1,4 @@
-"""Units, signs and axes of a recording's sensors, judged by its motion: `zerorate.check`."""
+"""Units, signs and axes of a recording's sensors, checked by its motion: `zerorate.check`."""
 
 from __future__ import annotations
 
@@ -6,40 +6,41 @@ from typing import Unpack
 
 from zerorate.checks.preparation import check_axes
 from zerorate.checks.result import Checks
-from zerorate.tasks.source import ReadingArguments, Source, name_source_in_errors, recording_of
+from zerorate.tasks.source import ReadingArguments, Source, name_source_in_errors, one_imu_of
 
 
 def check(
     source: Source,
     *,
-    gyro: str = "gyro",
+    gyro: str | None = None,
     accel: str | None = None,
     scale_errors: bool = True,
     **reading: Unpack[ReadingArguments],
 ) -> Checks:
-    """Find what motion shows of the units, signs and axes of a recording's sensors.
+    """Check the units, signs and axes of a recording's sensors against its motion.
 
-    The gyro turns the accelerometer's force through the motion: if its unit and its axes are right,
-    and no others, gravity is constant there. So it is with a magnetometer's field. What motion
-    cannot show is left open, and nothing is corrected. Every task does this before it begins.
+    The accelerometer's force is rotated by the gyro: only if unit and axes of the gyro are right,
+    gravity is constant in the fixed frame. The same holds for a magnetometer's field. Quantities
+    that the motion does not show are left open, and nothing is corrected. Every task does this
+    check first.
 
     Parameters
     ----------
     source : Recording, path, data frame or mapping of arrays
         With a gyro and an accelerometer of three axes, of 10 Hz or more, and maybe a magnetometer.
     gyro, accel : str
-        Names of the sensors, of several: ``"gyro_1"`` and so on. Default: the first gyro, and the
-        accelerometer of its device.
+        Names of logs: ``"gyro_1"`` and so on; default the only gyro, and the accelerometer of its
+        device. ``sensor="imu2"`` chooses both by the name of their device.
     scale_errors : bool
-        Look for scale errors and a delay of the gyro as well. Default yes.
+        Look for scale errors and a delay of the gyro, too. Default yes.
     **reading
         Arguments of `zerorate.read_recording`, for a source that is read.
 
     Returns
     -------
     Checks
-        Findings on gyro and magnetometer; ``table()`` shows them, ``apply(recording)`` puts right
-        what is exact.
+        Findings on gyro and magnetometer; ``table()`` shows them, ``apply(recording)`` applies the
+        exact corrections.
 
     Raises
     ------
@@ -54,6 +55,6 @@ def check(
     >>> print(zr.check(zr.Recording({**recording, "gyro": wrong})).gyro.text)
     the gyro's y axis has the sign other than the accelerometer's
     """
-    recording = recording_of(source, reading)
+    recording = one_imu_of(source, reading, gyro, accel)
     with name_source_in_errors(recording.source):
-        return check_axes(recording, gyro, accel, scale=scale_errors)
+        return check_axes(recording, gyro or "gyro", accel, scale=scale_errors)

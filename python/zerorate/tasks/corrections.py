@@ -1,4 +1,4 @@
-"""What is known of a recording's sensors: calibrations, or files of them, that are taken off."""
+"""Corrections of a recording's sensors: calibrations, or files of them."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _magnetometer_of(
 
 @contextmanager
 def _as_log_errors() -> Iterator[None]:
-    """Let what is wrong with a file be a fault of the data."""
+    """Turn an error of a file into a fault of the data."""
     try:
         yield
     except ValueError as error:

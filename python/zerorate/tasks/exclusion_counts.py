@@ -30,7 +30,7 @@ class ExclusionCounts:
 
     @classmethod
     def of(cls, filter_: DriftFilter) -> Self:
-        """Return what a filter has counted so far."""
+        """Return the counts of a filter to date."""
         counts = (filter_.saturated_count, filter_.outlier_count, filter_.stuck_count)
         return cls(*(np.atleast_1d(np.asarray(count, np.int64)) for count in counts))
 

@@ -1,4 +1,4 @@
-"""What ``zerorate identify`` does: drift models of the gyros of one log, and tests of them."""
+"""Drift models of the gyros of one log, and tests of them: ``zerorate identify``."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def identify(
     order : (int, int), optional
         Order p, q of the model; by default the clear choice of the criterion.
     criterion : str
-        By which orders are chosen: "fpe", "aic", "aicc", "bic" or "hq".
+        Criterion for the orders: "fpe", "aic", "aicc", "bic" or "hq".
     max_order : int
         Largest order of the autoregressive models.
     estimator : str
@@ -123,17 +123,17 @@ def identify(
     segments : int
         Parts of the record that the tests of stationarity compare.
     outliers : {"hampel", "moving-average"}, optional
-        How outliers are replaced first.
+        Replacement of outliers, first.
     smooth : int
-        Samples of a moving average that is taken first.
+        Samples of a moving average, applied first.
     decimate : int
         Keep every so many-th sample, after a low-pass.
     trend : {"mean", "linear"}, optional
-        What is subtracted first.
+        Trend to subtract first.
     fix : bool
-        Put right a unit or axes of the gyro that a motion contradicts, where that is sure.
+        Correct a unit or axes of the gyro that a motion contradicts, where that is certain.
     progress : callable, optional
-        Called with a step's name and the fraction that is done. By default a bar in a notebook.
+        Called with a step's name and the fraction done. By default a bar in a notebook.
     **reading
         Arguments of `zerorate.read_log`, for a source that is read.
 
@@ -178,7 +178,7 @@ def identify(
 def _identify_axes(
     log: Log, options: Mapping[str, Any], progress: Progress
 ) -> tuple[tuple[Identification, ...], tuple[str, ...]]:
-    """Return what can be said of each axis, which share the cores, and why others are left out."""
+    """Return the identification of each axis, in parallel, and reasons for those left out."""
     fractions = [0.0] * log.channels
 
     def of_axis(i: int) -> Identification | ValueError:
@@ -226,7 +226,7 @@ def _raise_refusal(log: Log, reasons: Mapping[str, str]) -> NoReturn:
 
 
 def files_of(result: Identified, *, drawn: bool = True, panels: Panels = "usual") -> Files:
-    """Return what identifications are saved as: a page, with figures if they are drawn, and JSON.
+    """Return the files of identifications: a page, with figures if they are drawn, and JSON.
 
     The page is made when it is written; ImportError without matplotlib, of the extra ``plot``.
     """

@@ -16,12 +16,18 @@ from zerorate.io.formats import LogSource
 from zerorate.io.logfile import LogFile, open_imu
 from zerorate.record.log import Log, LogError
 from zerorate.record.recording import Recording
-from zerorate.tasks.source import Source, name_source_in_errors, recording_of, units_of_sensors
+from zerorate.tasks.source import (
+    Source,
+    name_source_in_errors,
+    one_imu_of,
+    recording_of,
+    units_of_sensors,
+)
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
 _MAX_CHECKED_SAMPLES: Final = 1 << 20
-"""Samples that the preparation judges: of three hours at 100 Hz."""
+"""Samples that the preparation checks: three hours at 100 Hz."""
 _AXES: Final = 3
 
 
@@ -60,7 +66,7 @@ class Imu:
         if calibration is not None:
             return cls._from_corrected(recording_of(source, reading), reading, calibration, choices)
         if isinstance(source, Recording | Log):
-            return cls._from_recording(recording_of(source, reading), choices)
+            return cls._from_recording(one_imu_of(source, reading), choices)
         return cls(*_open_files(source, reading)).prepare_sensors(choices)
 
     @classmethod
@@ -99,7 +105,7 @@ class Imu:
         return str(self.gyro.header.meta.get("source", "the log"))
 
     def prepare_sensors(self, choices: Choices) -> Imu:
-        """Return the sensors after the preparation has judged their beginning.
+        """Return the sensors after the preparation of their beginning.
 
         What it puts right there is put right in every block.
         """
@@ -118,7 +124,7 @@ class Imu:
 def prepare_imu(source: Source, reading: Mapping[str, Any], choices: Choices) -> PreparedRecording:
     """Return the gyro of a source and its accelerometer in memory, as `Imu.of` finds them."""
     if isinstance(source, Recording | Log):
-        return prepare(recording_of(source, reading), choices)
+        return prepare(one_imu_of(source, reading), choices)
     files = zip(("gyro", "accel"), _open_files(source, reading), strict=True)
     logs = {name: file.log() for name, file in files if file is not None}
     return prepare(Recording(logs, str(logs["gyro"].meta.get("source", "the log"))), choices)

@@ -41,7 +41,7 @@ def block_child_interrupts() -> Iterator[None]:
 
 
 def run_in_background(work: Callable[[], T]) -> T:
-    """Return what work returns or raise what it raises; an interrupt leaves it behind.
+    """Run work in a thread and return its result or raise its error; an interrupt abandons it.
 
     Native code cannot be interrupted, and some of it takes minutes.
     """
@@ -73,8 +73,8 @@ class TerminationHandler:
         """Catch them; only the main thread gets any."""
         if threading.current_thread() is threading.main_thread():
             for number in _SIGNALS:
-                # What a shell or nohup has told to be ignored stays so, and so does what the
-                # caller of a command takes itself.
+                # A signal that a shell or nohup has set to be ignored stays so, and so does one
+                # that the caller of a command takes itself.
                 if signal.getsignal(number) in _DEFAULT_HANDLERS:
                     self._before[number] = signal.signal(number, self._end)
         return self
@@ -113,7 +113,7 @@ def _resend_signal(number: int) -> None:
 
 
 def _is_importing(frame: FrameType | None) -> bool:
-    """Whether a signal came while the interpreter looks after its imports.
+    """Return True if a signal came while the interpreter looks after its imports.
 
     What is raised in a callback there is lost, and with it the release of the lock that all imports
     need: a thread that imports would wait for ever.
@@ -141,7 +141,7 @@ class Interrupts:
         if threading.current_thread() is not threading.main_thread():
             yield
             return
-        # What a shell has told to be ignored, in the background for instance, stays ignored.
+        # A signal that a shell has set to be ignored, as in the background, stays ignored.
         before = {
             number: signal.signal(number, self._handle_signal)
             for number in _SIGNALS
@@ -154,7 +154,7 @@ class Interrupts:
                 signal.signal(number, handler)
 
     def wait(self, read: Callable[[], T]) -> T:
-        """Return what a function returns, or raise `SignalInterrupt` if a signal comes before."""
+        """Return the result of a function, or raise `SignalInterrupt` if a signal comes before."""
         self._waiting = True
         try:
             if self._pending is not None:
@@ -167,6 +167,6 @@ class Interrupts:
         if self._waiting:
             raise SignalInterrupt(number)
         if self._pending is not None:
-            # Asked twice: the reader of the answers hangs, so the sample cannot be finished.
+            # A second signal: the reader of the answers hangs, so the sample cannot be finished.
             raise KeyboardInterrupt
         self._pending = number

@@ -1,4 +1,4 @@
-"""The track of a vehicle, from its inertial sensors and its receiver: what ``navigate`` does."""
+"""The track of a vehicle, from its inertial sensors and its receiver: ``zerorate navigate``."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ from zerorate.tasks.source import (
     ReadingArguments,
     Source,
     name_source_in_errors,
-    recording_of,
+    one_imu_of,
     split_options,
 )
 from zerorate.types import Floats
@@ -89,7 +89,7 @@ class Navigation(Result):
     nis : ndarray, shape (fixes, 2)
         Normalised innovations squared of positions and velocities.
     outages : Outages or None
-        Errors without the receiver, if lengths were asked for.
+        Errors without the receiver, if lengths were given.
     truth : Poses, Fixes or None
         The true track to compare with.
     alarms : tuple of str
@@ -118,7 +118,7 @@ class Navigation(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Sentences on what was assumed, found and mended."""
+        """Sentences on assumptions, findings and corrections."""
         return self.track.notes
 
     def errors(self) -> tuple[TrackErrors, TrackErrors | None, str] | None:
@@ -239,60 +239,60 @@ def navigate(
 ) -> Navigation:
     """Find the track of a vehicle from gyro, accelerometer and the fixes of a receiver.
 
-    The recording is checked and mended first, then axes, antenna, clock and start are found where
-    neither arguments nor metadata state them. ``zerorate navigate`` does the same.
+    The recording is checked and corrected first. Then axes, antenna, clock and start are found,
+    unless arguments or metadata state them. ``zerorate navigate`` does the same.
 
     Parameters
     ----------
     source : Recording, path, data frame or mapping of arrays
         With a gyro and an accelerometer.
     fixes : Fixes or path, optional
-        Of the receiver; by default those in the recording.
+        Fixes of the receiver; by default those in the recording.
     mount : array_like, shape (3, 3), "auto" or "none"
-        Rotation from the sensors' axes to forward, right, down. "auto": as metadata say, or else as
-        the motion shows it. "none": the sensors' axes are the body's.
+        Rotation from the sensors' axes to forward, right, down. "auto": by metadata, or else by the
+        motion. "none": the sensors' axes are the body's.
     antenna : array_like, shape (3,), optional
-        From the sensors to the antenna, m forward, right, down; it is estimated from there on.
+        Vector from the sensors to the antenna, m forward, right, down; the estimate starts from it.
     time_offset : float, TimeOffset or "auto"
-        Added to the times of the fixes, s. "auto": as sensors and fixes fit best.
+        Offset to add to the times of the fixes, s. "auto": the best fit of sensors and fixes.
     heading : float or "course", optional
-        At the start, rad from north over east, or "course": the direction of the first motion. By
-        default the motion shows it.
+        Heading at the start, rad from north over east, or "course": the direction of the first
+        motion. By default the motion determines it.
     rest : tuple of float, optional
-        When the vehicle stands at the start, s after the first sample. Default: found; without a
-        rest the filter starts in motion.
+        Rest at the start, s after the first sample. Default: found; without a rest the filter
+        starts in motion.
     smooth : bool
         Use later fixes too (forward-backward pass).
     outages : float or sequence of float
-        Withhold fixes for so many seconds at a time, and give the errors.
+        Lengths of outages, s, in which fixes are withheld to measure the errors.
     vehicle : "wheeled", optional
-        It neither slips sideways nor leaves the ground.
+        The vehicle neither slips sideways nor leaves the ground.
     axle : array_like, shape (3,), optional
-        From the sensors to the axle that does not steer, m.
+        Vector from the sensors to the unsteered axle, m.
     wheel_speed, wheel_ticks : str or array_like, shape (n,), optional
         Speed of the wheels, m/s, or their ticks: a column of the source, or values at the gyro's
         samples. Implies a wheeled vehicle.
     tick : float, optional
-        Metres a tick; by default as the receiver's speed shows it.
+        Metres a tick; by default from the receiver's speed.
     gyro_noise, accel_noise : NoiseModel or path, optional
         Default: those of a consumer sensor.
     noise : {"auto", "stated"}
-        Process noise of the filter. "auto": such that errors of coasting are as large as the filter
-        says (`zerorate.navigation.find_noise`); models that are given are raised only. "stated": as
-        the models say.
+        Process noise of the filter. "auto": fitted so that coasting errors agree with the filter's
+        standard deviations (`zerorate.navigation.find_noise`); given models are only raised.
+        "stated": that of the models.
     calibration : Calibration or path, optional
-        Taken off gyro and accelerometer first.
+        Calibration to correct gyro and accelerometer with, first.
     clipped : {"auto", "restore", "leave"}
         Rates that the gyro clipped: restored from their flanks where nothing else explains them;
-        where flanks promise more; or left.
+        wherever the flanks predict more; or left.
     fix : bool
-        Put right a unit or axes of the gyro that the motion contradicts, where that is sure.
+        Correct a unit or axes of the gyro that the motion contradicts, where that is certain.
     reference : Poses, Fixes or path, optional
         The true track to compare with.
     reference_offset : float
-        Added to the times of the reference, s.
+        Offset to add to the times of the reference, s.
     progress : callable, optional
-        Called with a step's name and the fraction that is done. By default a bar in a notebook.
+        Called with a step's name and the fraction done. By default a bar in a notebook.
     **options
         Further options of `zerorate.NavigationFilter`: gate, adapt, covariance_step, kind,
         antenna_sigma, wheel_sigma, speed_sigma; and arguments of `zerorate.read_recording`, for a
@@ -306,8 +306,8 @@ def navigate(
     Raises
     ------
     LogError
-        If a sensor or the fixes are missing, gravity is absent, or the filter does not begin; what
-        contradicts the recording is in the notes of the error.
+        If a sensor or the fixes are missing, gravity is absent, or the filter does not begin;
+        contradictions in the recording are in the notes of the error.
     ValueError
         If an argument is out of range.
 
@@ -332,7 +332,7 @@ def navigate(
     correct = correction_of(calibration)
     truth = None if reference is None else _load_truth(reference, reference_offset)
     report("reading", 0.0)
-    recording = recording_of(source, reading)
+    recording = one_imu_of(source, reading)
     with name_source_in_errors(recording.source):
         prepared = prepare(recording, Choices(fix=fix, clipped=clipped, correct=correct))
         used_fixes = prepare_fixes(_load_fixes(recording, fixes))
@@ -369,7 +369,7 @@ class _Run:
     options: dict[str, Any] = field(default_factory=dict)
 
     def run(self, progress: Progress) -> Navigation:
-        """Return the track, and errors in outages if lengths were asked for."""
+        """Return the track, and errors in outages if lengths were given."""
         beginning = self.beginning
         nav = beginning.filter(**self.options)
         inputs: dict[str, Any] = {"wheel_speed": self.speed, "time_offset": beginning.time_offset}
@@ -483,7 +483,7 @@ def _load_truth(reference: Poses | Fixes | PathLike, offset: float) -> Poses | F
 def files_of(
     result: Navigation, *, tum: bool = False, panels: Literal["usual", "all"] = "usual"
 ) -> Files:
-    """Return what a navigation is saved as: log, maps and figure; with `tum` the poses as well."""
+    """Return the files of a navigation: log, maps and figure; with `tum` the poses as well."""
     writers: list[Writer] = [
         lambda path: write_log(result.to_log(), path),
         lambda path: write_geojson(path, result.track, force=True),

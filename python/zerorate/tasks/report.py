@@ -1,4 +1,4 @@
-"""What a recording shows against its limits: what ``report`` does."""
+"""Findings on a recording against its limits: ``zerorate report``."""
 
 from __future__ import annotations
 
@@ -64,10 +64,10 @@ def report(
     progress: Progress | None = None,
     **reading: Unpack[ReadingArguments],
 ) -> Report | BeforeAfter:
-    """Report what a recording shows of its IMU: clock, samples, rests, noise, vibration, axes.
+    """Report on the IMU of a recording: clock, samples, rests, noise, vibration, axes.
 
-    Each finding says what is seen, never its cause, with a number, its standard error where one is
-    known, the time that it rests on, and what to record next. Severities come from
+    Each finding states an observation, never its cause, with a number, its standard error if known,
+    the time of its data, and advice for the next recording. Severities come from
     ``zerorate.findings.LIMITS``. ``zerorate report`` does the same.
 
     Parameters
@@ -75,9 +75,9 @@ def report(
     source : Recording, path, data frame or mapping of arrays
         With a gyro or an accelerometer of three axes.
     after : Recording, path, data frame or mapping of arrays, optional
-        Of the same device later: compare both.
+        A later recording of the same device, to compare.
     fixes : Fixes or path, optional
-        Of a receiver on the same body; by default those in the recording, if any.
+        Fixes of a receiver on the same body; by default those in the recording, if any.
     progress : callable, optional
         Called with the section and the part done, 0 to 1.
     **reading
@@ -86,7 +86,7 @@ def report(
     Returns
     -------
     Report or BeforeAfter
-        The findings; of two recordings what is new, gone, worse, better or different.
+        The findings; for two recordings the new, gone, worse, better and different ones.
 
     Raises
     ------
@@ -128,7 +128,7 @@ def _report_one(
 
 
 def files_of(result: Report | BeforeAfter) -> Files:
-    """Return what a report is saved as: a page and all findings as JSON."""
+    """Return the files of a report: a page and all findings as JSON."""
     data = (text_writer(result.to_html()), text_writer(result.to_json()))
     return Files("-zerorate-report", ".html", data, (".json",), {}, _stem(result))
 

@@ -47,7 +47,7 @@ class SavableResult(Protocol):
 
 
 class Files(NamedTuple):
-    """What a result is saved as.
+    """Files of a result.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ _FILES: Final[dict[str, str]] = {
 
 
 def files_of(result: object, **choices: object) -> Files:
-    """Return what a result is saved as; TypeError if its class is not saved."""
+    """Return the files of a result; TypeError if its class is not saved."""
     for base in type(result).__mro__:
         name = f"{base.__module__}.{base.__qualname__}".removeprefix("zerorate.")
         if name in _FILES:
@@ -151,7 +151,7 @@ def _possible_suffixes(files: Files) -> list[str]:
 
 @dataclass(frozen=True)
 class Destination:
-    """Where the files of a result go, which share a name but for its ending.
+    """Destination of a result's files, which share a name but for its ending.
 
     Attributes
     ----------
@@ -214,7 +214,7 @@ class Destination:
         return by_name or requested or formats[0]
 
     def of_part(self, ending: str) -> Self:
-        """Return where the files of a part of the log go, whose names end so."""
+        """Return the destination for a part of the log, whose names end so."""
         return replace(self, base=self.file(ending))
 
     def files(
@@ -259,7 +259,7 @@ class Outputs:
         return [self.log, *self.others, *self.figures]
 
     def save(self, files: Files, progress: Progress, done: float = 0.0) -> list[Path]:
-        """Write what a result is saved as and return the paths; see `write`.
+        """Write the files of a result and return the paths; see `write`.
 
         Files that the result has not, such as exports of doubtful numbers, are not written.
         """
@@ -286,7 +286,7 @@ class Outputs:
         draw : callable or sequence of callable
             Of the figure, or of each.
         progress : callable
-            Called with a step's name and the fraction that is done.
+            Called with a step's name and the fraction done.
         done : float
             Fraction that was done before.
 
@@ -311,7 +311,7 @@ class Outputs:
 def check_paths(
     paths: Sequence[Path], force: bool, log: Path | None = None, *read: Path | None
 ) -> None:
-    """Check that files can be written, and remove what killed runs left in their places.
+    """Check that files can be written, and remove the temporary files of killed runs.
 
     Parameters
     ----------
@@ -363,12 +363,12 @@ def atomic_paths(paths: Sequence[Path], force: bool) -> Iterator[list[Path]]:
 
 
 def text_writer(text: str) -> Writer:
-    """Return what writes a text into a file."""
+    """Return a writer of a text into a file."""
     return lambda path: path.write_text(text, encoding="utf-8", newline="\n")
 
 
 def figure_writer(draw: Callable[[], Any]) -> Writer:
-    """Return what draws a figure into a file; ImportError without matplotlib."""
+    """Return a writer of a figure into a file; ImportError without matplotlib."""
 
     def write(path: Path) -> None:
         if find_spec("matplotlib") is None:

@@ -1,7 +1,8 @@
-"""What a task is given: a recording, the path of one, a frame or arrays, all taken alike."""
+"""Sources of a task: a recording, the path of one, a frame or arrays, all treated the same."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path, PurePath
@@ -12,6 +13,7 @@ from zerorate.io.columns import Columns, TimeColumn
 from zerorate.io.counts import Scale
 from zerorate.io.formats import LogSource
 from zerorate.io.recording import read_recording
+from zerorate.record.devices import rival_devices, select_device, several_devices
 from zerorate.record.log import Log, LogError
 from zerorate.record.names import canonical_unit
 from zerorate.record.recording import Recording
@@ -21,7 +23,7 @@ Source: TypeAlias = Recording | Log | LogSource
 
 
 class UnscaledArguments(TypedDict, total=False):
-    """Arguments of `zerorate.read_recording` that every task takes for what it reads."""
+    """Arguments of `zerorate.read_recording` that every task takes for its sources."""
 
     rate: float | None
     columns: Columns | Mapping[str, Columns]
@@ -44,7 +46,7 @@ class ReadingArguments(UnscaledArguments, total=False):
 def split_options(
     options: Mapping[str, Any], table: Mapping[str, object]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return what options say of reading, and what is in a table of options of a filter.
+    """Split options into those of reading, and those in a table of options of a filter.
 
     Raises
     ------
@@ -84,7 +86,11 @@ def recording_of(
     if not isinstance(source, Recording | Log):
         unit = units_of_sensors(reading.get("unit"))
         return read_recording(source, **{**reading, "unit": unit}, **extra)
-    unused = [name for name, value in {**reading, **extra}.items() if value is not None]
+    recording = source if isinstance(source, Recording) else _recording_of_log(source)
+    arguments = {**reading, **extra}
+    if (sensor := arguments.pop("sensor", None)) is not None:
+        recording = select_device(recording, sensor)
+    unused = [name for name, value in arguments.items() if value is not None]
     if unused:
         raise LogError(
             make_sentence(
@@ -92,7 +98,34 @@ def recording_of(
             ),
             unused[0],
         )
-    return source if isinstance(source, Recording) else _recording_of_log(source)
+    return recording
+
+
+def one_imu_of(
+    source: Source,
+    reading: ReadingArguments | Mapping[str, Any],
+    *chosen: str | None,
+    **extra: Any,  # noqa: ANN401
+) -> Recording:
+    """Return the recording that a task of one IMU is given; see `recording_of`.
+
+    Parameters
+    ----------
+    source, reading, **extra
+        As of `recording_of`; ``sensor`` chooses an IMU.
+    *chosen : str, optional
+        Names of logs that choose the IMU too.
+
+    Raises
+    ------
+    LogError
+        If there are several IMUs and none is chosen: the message lists their names.
+    """
+    recording = recording_of(source, reading, **extra)
+    is_chosen = any(reading.get(name) is not None for name in ("sensor", "columns", "topic"))
+    if not is_chosen and not any(chosen) and (names := rival_devices(recording)):
+        raise several_devices(names).with_context(f"{recording.source}: ")
+    return recording
 
 
 def _recording_of_log(log: Log) -> Recording:
@@ -134,8 +167,20 @@ def stem_of(source: str) -> str:
     return PurePath(source).stem or "recording"
 
 
+def sensor_ending(sensor: str | None) -> str:
+    """Return the addition of the chosen sensor to the names of files.
+
+    Examples
+    --------
+    >>> from zerorate.tasks.source import sensor_ending
+    >>> sensor_ending("left ankle"), sensor_ending(None)
+    ('-left_ankle', '')
+    """
+    return "" if sensor is None else "-" + re.sub(r"[^\w.-]+", "_", sensor).strip("_")
+
+
 def unique_stems(sources: Sequence[str]) -> list[str]:
-    """Return what the files of each source begin with; ValueError where two would be the same.
+    """Return the stems of the files of each source; ValueError where two would be the same.
 
     Examples
     --------
@@ -155,7 +200,7 @@ def unique_stems(sources: Sequence[str]) -> list[str]:
 
 @contextmanager
 def name_source_in_errors(source: str, alarms: Sequence[str] = ()) -> Iterator[None]:
-    """Let a fault of the data say which recording is at fault, and what may be the cause of it.
+    """Add the recording at fault, and possible causes, to a fault of the data.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ __all__ = ["Trace"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Trace(Result):
-    """What a filter knew after each of n samples; with k channels every array has a second axis k.
+    """State of a filter after each of n samples; with k channels every array has a second axis k.
 
     Of "auto", whose state is the drift alone, p + 1 and p + q + 1 below are 1.
 
@@ -43,7 +43,7 @@ class Trace(Result):
     """The sample was not finite: (n,)."""
     guarded: Booleans
     """The step of the process noise was shortened to keep it positive semidefinite; of "robust":
-    the sample was taken for an outlier: (n,)."""
+    the sample counted as an outlier: (n,)."""
     bias: Floats
     """Bias learned at rest and held in motion, in the unit of the samples: (n,)."""
     bias_sigma: Floats
@@ -60,5 +60,5 @@ class Trace(Result):
         return len(self.estimate)
 
     def __repr__(self) -> str:
-        """Say how much there is."""
+        """Return the number of samples."""
         return f"Trace of {len(self)} samples"

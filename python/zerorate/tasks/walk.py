@@ -1,4 +1,4 @@
-"""The track of a sensor on a foot: what ``walk`` does."""
+"""The track of a sensor on a foot: ``zerorate walk``."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from zerorate.progress import Progress, choose_reporter
 from zerorate.tasks.coordinates import parse_position
 from zerorate.tasks.corrections import correction_of
 from zerorate.tasks.saving import Files, Writer, figure_writer
-from zerorate.tasks.source import ReadingArguments, Source, name_source_in_errors, recording_of
+from zerorate.tasks.source import ReadingArguments, Source, name_source_in_errors, one_imu_of
 
 _MAX_LATITUDE_DEG: Final = 89.5
 
@@ -38,32 +38,32 @@ def walk(
     progress: Progress | None = None,
     **reading: Unpack[ReadingArguments],
 ) -> FootTrack:
-    """Find where a sensor on a foot went: no receiver, but now and then the foot stands.
+    """Find the track of a sensor on a foot, without a receiver: now and then the foot stands.
 
-    The recording is checked and mended first. ``zerorate walk`` does the same.
+    The recording is checked and corrected first. ``zerorate walk`` does the same.
 
     Parameters
     ----------
     source : Recording, path, data frame or mapping of arrays
         With a gyro and an accelerometer of three axes.
     floor : {None, "level"}
-        "level": stances within 0.1 m of the floor so far are on it; see `zerorate.FootNavigation`.
+        "level": stances within 0.1 m of the current floor are on it; see `zerorate.FootNavigation`.
     smooth : bool
         Use the whole recording for each sample, later ones too.
     at : array_like, shape (2,), optional
         Latitude and longitude of the start, deg: the track is saved for maps, too.
     heading, height : float, optional
-        With `at`: where the sensor's first axis points at the start, rad from north over east, and
-        how high the start is, m. Default 0.
+        With `at`: initial direction of the sensor's first axis, rad from north over east, and
+        height of the start, m. Default 0.
     calibration : Calibration or path, optional
-        Taken off gyro and accelerometer first.
+        Calibration to correct gyro and accelerometer with, first.
     clipped : {"auto", "restore", "leave"}
-        Rates that the gyro clipped: restored from their flanks and trusted less, as a foot's are
-        by "auto", too; or left.
+        Rates that the gyro clipped: restored from their flanks and trusted less ("auto" does so for
+        a foot, too), or left.
     fix : bool
-        Put right a unit or axes of the gyro that the motion contradicts, where that is sure.
+        Correct a unit or axes of the gyro that the motion contradicts, where that is certain.
     progress : callable, optional
-        Called with a step's name and the fraction that is done. By default a bar in a notebook.
+        Called with a step's name and the fraction done. By default a bar in a notebook.
     **reading
         Arguments of `zerorate.read_recording`, for a source that is read.
 
@@ -75,8 +75,8 @@ def walk(
     Raises
     ------
     LogError
-        If a sensor is missing, gravity is absent, or the motion is not that of a foot; what
-        contradicts the recording is in the notes of the error.
+        If a sensor is missing, gravity is absent, or the motion is not that of a foot;
+        contradictions in the recording are in the notes of the error.
     ValueError
         If an argument is out of range.
 
@@ -94,7 +94,7 @@ def walk(
     nav = FootNavigation(floor=floor, restore=clipped != "leave")
     correct = correction_of(calibration)
     report("reading", 0.0)
-    recording = recording_of(source, reading)
+    recording = one_imu_of(source, reading)
     with name_source_in_errors(recording.source):
         prepared = prepare(recording, Choices(fix=fix, clipped="leave", correct=correct))
     with name_source_in_errors(recording.source, prepared.alarms):
@@ -130,7 +130,7 @@ def _parse_origin(
 
 
 def files_of(track: FootTrack) -> Files:
-    """Return what a walk is saved as: log and figure, and maps if its start is known."""
+    """Return the files of a walk: log and figure, and maps if its start is known."""
     writers: list[Writer] = [lambda path: write_log(track.to_log(), path)]
     endings: list[str] = []
     if track.origin is not None:

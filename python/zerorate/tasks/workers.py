@@ -34,7 +34,7 @@ def limit_threads(count: int) -> Iterator[None]:
 
 
 def thread_count() -> int:
-    """Return how many threads `thread_pool` has."""
+    """Return the number of threads of `thread_pool`."""
     return _thread_limit.get() or min(os.cpu_count() or 1, _MAX_THREADS)
 
 
@@ -85,7 +85,7 @@ class BackgroundStep(Generic[T]):
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *fault: object) -> None:
-        """Wait for what is begun, and raise its error unless there is one already."""
+        """Wait for the running work, and raise its error unless there is one already."""
         try:
             while kind is None and self._jobs:
                 self._jobs.popleft().result()

@@ -23,10 +23,10 @@ const RATE_200: u8 = 0x07;
 /// deg/s and g a count.
 const DEGREES: f32 = 2000.0 / 32768.0;
 const GRAVITIES: f32 = 16.0 / 32768.0;
-/// What a register holds that has no sample.
+/// Value of a register without a sample.
 const INVALID: i16 = i16::MIN;
 
-/// What goes wrong between a board and its sensor.
+/// Fault between a board and its sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault<E> {
     /// The SPI says so.
@@ -43,7 +43,7 @@ impl<E> From<E> for Fault<E> {
     }
 }
 
-/// What the sensor gives at a time; NaN where it has nothing.
+/// Sample of the sensor; NaN where it has nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// deg/s about x, y, z.

@@ -44,7 +44,7 @@ impl<S: SpiDevice> Imu<S> {
         sample.map(|_| rate)
     }
 
-    /// What is known of the bias of each axis, and its standard deviation, deg/s.
+    /// The bias of each axis and its standard deviation, deg/s.
     pub fn bias(&self) -> [[f32; 2]; 3] {
         self.drift.map(|filter| [filter.bias(), filter.bias_sigma()])
     }

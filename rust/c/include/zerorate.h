@@ -22,7 +22,7 @@
 // Bytes that are enough for the checkpoint of one.
 #define ZR_ATTITUDE_CHECKPOINT 5120
 
-// How a function went. Only `ZR_OK` is zero.
+// Result of a function. Only `ZR_OK` is zero.
 typedef enum zr_code {
     // All went well.
     ZR_OK = 0,
@@ -40,13 +40,13 @@ typedef enum zr_code {
     ZR_OTHER_CHECKPOINT = 6,
     // The checkpoint is damaged or cut.
     ZR_DAMAGED = 7,
-    // What nobody knows a cause for.
+    // An error of unknown cause.
     ZR_UNKNOWN = 8,
 } zr_code;
 
-// What a drift filter is doing.
+// Status of a drift filter.
 typedef enum zr_drift_status {
-    // The bias is the mean so far.
+    // The bias is the mean to date.
     ZR_STARTING = 0,
     // The same, after the scale learned before was proved wrong by many orders.
     ZR_STARTING_ANEW = 1,
@@ -62,13 +62,13 @@ typedef enum zr_drift_status {
     ZR_STUCK = 6,
 } zr_drift_status;
 
-// What an attitude has to say first of all.
+// Status of an attitude.
 typedef enum zr_attitude_status {
     // The first seconds are not over.
     ZR_ATTITUDE_STARTING = 0,
     // The gyro has given nothing for more than 50 ms.
     ZR_ATTITUDE_RATE_MISSING = 1,
-    // What rests show is not gravity: the unit of the accelerometer is not the one said.
+    // Gravity at rest is wrong: the accelerometer's unit is not the stated one.
     ZR_ATTITUDE_WRONG_UNIT = 2,
     // The magnetic field is not the one known.
     ZR_ATTITUDE_DISTURBED = 3,
@@ -98,7 +98,7 @@ typedef enum zr_method {
     ZR_FADING = 3,
 } zr_method;
 
-// What a drift filter does about motion.
+// Treatment of motion by a drift filter.
 typedef enum zr_motion {
     // Holds, if it is `ZR_AUTO`; else ignores.
     ZR_MOTION_USUAL = 0,
@@ -118,13 +118,13 @@ typedef enum zr_frame {
     ZR_NWU = 2,
 } zr_frame;
 
-// Which way a body points, from its gyro, accelerometer and magnetometer.
+// Orientation of a body, from its gyro, accelerometer and magnetometer.
 typedef struct zr_attitude zr_attitude;
 
 // Bias of one axis of a gyro, learned and removed sample by sample.
 typedef struct zr_drift zr_drift;
 
-// What a person chooses of a drift filter. Zero is the default of all but the rate.
+// Parameters of a drift filter. Zero is the default of all but the rate.
 typedef struct zr_drift_params {
     // Samples a second.
     double rate;
@@ -138,32 +138,32 @@ typedef struct zr_drift_params {
     double limit;
     // Deviation of the samples above which the sensor cannot be at rest; zero: it is not known.
     double rest_limit;
-    // Level above which nothing is taken for a bias; zero: it is not known.
+    // Largest level that can be a bias; zero: it is not known.
     double bias_limit;
     // Seconds of the start-up; zero: one.
     double startup;
     // Deviation of the noise; zero: it is learned.
     double scale;
-    // How fast the drift of all but `ZR_AUTO` may change at the start; zero: 0.1.
+    // Initial process noise of the drift, for all but `ZR_AUTO`; zero: 0.1.
     double process_noise;
 } zr_drift_params;
 
-// What is known after a sample, in the unit of the samples.
+// State after a sample, in the unit of the samples.
 typedef struct zr_drift_state {
     // The sensor's output without rotation.
     double bias;
     // Standard deviation of the mean bias over the next 10 s about it, for `ZR_AUTO`; of
     // the others that of the bias as their model has it.
     double bias_sigma;
-    // Samples given so far, missing ones included.
+    // Samples to date, missing ones included.
     uint64_t samples;
-    // What the filter is doing.
+    // Status of the filter.
     enum zr_drift_status status;
-    // Whether the bias is learned.
+    // True if the bias is learned.
     bool at_rest;
 } zr_drift_state;
 
-// What a person chooses of an attitude. Zero is the default of all but the rate.
+// Parameters of an attitude. Zero is the default of all but the rate.
 typedef struct zr_attitude_params {
     // Samples a second, at least one.
     double rate;
@@ -185,7 +185,7 @@ typedef struct zr_attitude_params {
     double gyro_range;
 } zr_attitude_params;
 
-// What is known after a sample.
+// State after a sample.
 typedef struct zr_attitude_state {
     // From the axes of the sensor to those of the earth, w, x, y, z.
     double quaternion[4];
@@ -203,13 +203,13 @@ typedef struct zr_attitude_state {
     double bias_sigma[3];
     // Specific force without gravity, in the axes and the unit of the accelerometer.
     double linear_acceleration[3];
-    // Samples given so far, missing ones included.
+    // Samples to date, missing ones included.
     uint64_t samples;
-    // What is to be known first of all.
+    // Status of the filter.
     enum zr_attitude_status status;
-    // Whether the sensor rests.
+    // True if the sensor rests.
     bool at_rest;
-    // Whether the magnetic field is not the one known.
+    // True if the magnetic field is not the one known.
     bool disturbed;
 } zr_attitude_state;
 
@@ -223,14 +223,14 @@ const char *zr_message(int32_t code);
 // Returns the version of the library, such as "0.2.0"; valid for ever.
 const char *zr_version(void);
 
-// Returns how many bytes a `zr_drift` takes, at most `ZR_DRIFT_MEMORY`.
+// Returns the size of a `zr_drift` in bytes, at most `ZR_DRIFT_MEMORY`.
 size_t zr_drift_size(void);
 
 // Returns at multiples of how many bytes a `zr_drift` may lie.
 size_t zr_drift_align(void);
 
-// Says what is wrong with parameters, with a zero at its end; returns the length without, 0 if
-// nothing is, as `snprintf` does. `text` may be null if `size` is zero.
+// Writes the fault of parameters, with a zero at its end; returns the length without the zero, 0
+// if there is no fault, as `snprintf` does. `text` may be null if `size` is zero.
 //
 // # Safety
 // `params` is null or valid; `text` has room for `size` bytes.
@@ -267,7 +267,7 @@ enum zr_code zr_drift_update_while(struct zr_drift *filter, double z, bool movin
 // `filter` is null or was made by this library; `z` and `rate` have `n` numbers.
 enum zr_code zr_drift_process(struct zr_drift *filter, const double *z, double *rate, size_t n);
 
-// Tells what is known after the last sample.
+// Reads the state after the last sample.
 //
 // # Safety
 // `filter` is null or was made by this library; `state` is null or valid.
@@ -280,7 +280,7 @@ enum zr_code zr_drift_read(const struct zr_drift *filter, struct zr_drift_state 
 enum zr_code zr_drift_reset(struct zr_drift *filter);
 
 // The sensor was switched off and on: `ZR_AUTO` forgets the bias but not the noise, the others
-// begin anew.
+// start again.
 //
 // # Safety
 // `filter` is null or was made by this library.
@@ -308,13 +308,13 @@ enum zr_code zr_drift_restore(void *memory,
                               size_t n,
                               struct zr_drift **filter);
 
-// Returns how many bytes a `zr_attitude` takes, at most `ZR_ATTITUDE_MEMORY`.
+// Returns the size of a `zr_attitude` in bytes, at most `ZR_ATTITUDE_MEMORY`.
 size_t zr_attitude_size(void);
 
 // Returns at multiples of how many bytes a `zr_attitude` may lie.
 size_t zr_attitude_align(void);
 
-// Says what is wrong with parameters, as `zr_drift_explain` does.
+// Writes the fault of parameters, as `zr_drift_explain` does.
 //
 // # Safety
 // `params` is null or valid; `text` has room for `size` bytes.
@@ -343,7 +343,7 @@ enum zr_code zr_attitude_update(struct zr_attitude *attitude,
                                 double dt,
                                 double *quaternion);
 
-// Tells what is known after the last sample.
+// Reads the state after the last sample.
 //
 // # Safety
 // `attitude` is null or was made by this library; `state` is null or valid.

@@ -27,7 +27,7 @@ pub enum zr_frame {
     ZR_NWU = 2,
 }
 
-/// What a person chooses of an attitude. Zero is the default of all but the rate.
+/// Parameters of an attitude. Zero is the default of all but the rate.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct zr_attitude_params {
@@ -51,7 +51,7 @@ pub struct zr_attitude_params {
     pub gyro_range: f64,
 }
 
-/// What an attitude has to say first of all.
+/// Status of an attitude.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum zr_attitude_status {
@@ -59,7 +59,7 @@ pub enum zr_attitude_status {
     ZR_ATTITUDE_STARTING = 0,
     /// The gyro has given nothing for more than 50 ms.
     ZR_ATTITUDE_RATE_MISSING = 1,
-    /// What rests show is not gravity: the unit of the accelerometer is not the one said.
+    /// Gravity at rest is wrong: the accelerometer's unit is not the stated one.
     ZR_ATTITUDE_WRONG_UNIT = 2,
     /// The magnetic field is not the one known.
     ZR_ATTITUDE_DISTURBED = 3,
@@ -94,7 +94,7 @@ impl zr_attitude_status {
     }
 }
 
-/// What is known after a sample.
+/// State after a sample.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct zr_attitude_state {
@@ -114,17 +114,17 @@ pub struct zr_attitude_state {
     pub bias_sigma: [f64; 3],
     /// Specific force without gravity, in the axes and the unit of the accelerometer.
     pub linear_acceleration: [f64; 3],
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     pub samples: u64,
-    /// What is to be known first of all.
+    /// Status of the filter.
     pub status: zr_attitude_status,
-    /// Whether the sensor rests.
+    /// True if the sensor rests.
     pub at_rest: bool,
-    /// Whether the magnetic field is not the one known.
+    /// True if the magnetic field is not the one known.
     pub disturbed: bool,
 }
 
-/// Which way a body points, from its gyro, accelerometer and magnetometer.
+/// Orientation of a body, from its gyro, accelerometer and magnetometer.
 #[derive(Debug, Clone, Copy)]
 pub struct zr_attitude(Attitude<Auto>);
 
@@ -182,7 +182,7 @@ impl zr_attitude {
     }
 }
 
-/// Returns how many bytes a `zr_attitude` takes, at most `ZR_ATTITUDE_MEMORY`.
+/// Returns the size of a `zr_attitude` in bytes, at most `ZR_ATTITUDE_MEMORY`.
 #[unsafe(no_mangle)]
 pub extern "C" fn zr_attitude_size() -> usize {
     size_of::<zr_attitude>()
@@ -194,7 +194,7 @@ pub extern "C" fn zr_attitude_align() -> usize {
     align_of::<zr_attitude>()
 }
 
-/// Says what is wrong with parameters, as `zr_drift_explain` does.
+/// Writes the fault of parameters, as `zr_drift_explain` does.
 ///
 /// # Safety
 /// `params` is null or valid; `text` has room for `size` bytes.
@@ -261,7 +261,7 @@ pub unsafe extern "C" fn zr_attitude_update(
     answer(step())
 }
 
-/// Tells what is known after the last sample.
+/// Reads the state after the last sample.
 ///
 /// # Safety
 /// `attitude` is null or was made by this library; `state` is null or valid.

@@ -1,11 +1,11 @@
-//! What a function says of how it went.
+//! Result codes of functions.
 
 use core::ffi::{CStr, c_char};
 use core::fmt::{self, Write};
 
 use zerorate_core::Error;
 
-/// How a function went. Only `ZR_OK` is zero.
+/// Result of a function. Only `ZR_OK` is zero.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum zr_code {
@@ -25,7 +25,7 @@ pub enum zr_code {
     ZR_OTHER_CHECKPOINT = 6,
     /// The checkpoint is damaged or cut.
     ZR_DAMAGED = 7,
-    /// What nobody knows a cause for.
+    /// An error of unknown cause.
     ZR_UNKNOWN = 8,
 }
 
@@ -91,7 +91,7 @@ pub extern "C" fn zr_version() -> *const c_char {
     VERSION.as_ptr()
 }
 
-/// What a function returns to C.
+/// The code that a function returns to C.
 pub(crate) fn answer(result: Result<(), zr_code>) -> zr_code {
     result.err().unwrap_or(zr_code::ZR_OK)
 }

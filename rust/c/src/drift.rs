@@ -32,7 +32,7 @@ pub enum zr_method {
     ZR_FADING = 3,
 }
 
-/// What a drift filter does about motion.
+/// Treatment of motion by a drift filter.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum zr_motion {
@@ -44,7 +44,7 @@ pub enum zr_motion {
     ZR_MOTION_IGNORE = 2,
 }
 
-/// What a person chooses of a drift filter. Zero is the default of all but the rate.
+/// Parameters of a drift filter. Zero is the default of all but the rate.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct zr_drift_params {
@@ -60,21 +60,21 @@ pub struct zr_drift_params {
     pub limit: f64,
     /// Deviation of the samples above which the sensor cannot be at rest; zero: it is not known.
     pub rest_limit: f64,
-    /// Level above which nothing is taken for a bias; zero: it is not known.
+    /// Largest level that can be a bias; zero: it is not known.
     pub bias_limit: f64,
     /// Seconds of the start-up; zero: one.
     pub startup: f64,
     /// Deviation of the noise; zero: it is learned.
     pub scale: f64,
-    /// How fast the drift of all but `ZR_AUTO` may change at the start; zero: 0.1.
+    /// Initial process noise of the drift, for all but `ZR_AUTO`; zero: 0.1.
     pub process_noise: f64,
 }
 
-/// What a drift filter is doing.
+/// Status of a drift filter.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum zr_drift_status {
-    /// The bias is the mean so far.
+    /// The bias is the mean to date.
     ZR_STARTING = 0,
     /// The same, after the scale learned before was proved wrong by many orders.
     ZR_STARTING_ANEW = 1,
@@ -104,7 +104,7 @@ impl From<Status> for zr_drift_status {
     }
 }
 
-/// What is known after a sample, in the unit of the samples.
+/// State after a sample, in the unit of the samples.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct zr_drift_state {
@@ -113,11 +113,11 @@ pub struct zr_drift_state {
     /// Standard deviation of the mean bias over the next 10 s about it, for `ZR_AUTO`; of
     /// the others that of the bias as their model has it.
     pub bias_sigma: f64,
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     pub samples: u64,
-    /// What the filter is doing.
+    /// Status of the filter.
     pub status: zr_drift_status,
-    /// Whether the bias is learned.
+    /// True if the bias is learned.
     pub at_rest: bool,
 }
 
@@ -215,7 +215,7 @@ fn state(filter: &impl DriftStream<f64>) -> zr_drift_state {
     }
 }
 
-/// Returns how many bytes a `zr_drift` takes, at most `ZR_DRIFT_MEMORY`.
+/// Returns the size of a `zr_drift` in bytes, at most `ZR_DRIFT_MEMORY`.
 #[unsafe(no_mangle)]
 pub extern "C" fn zr_drift_size() -> usize {
     size_of::<zr_drift>()
@@ -227,8 +227,8 @@ pub extern "C" fn zr_drift_align() -> usize {
     align_of::<zr_drift>()
 }
 
-/// Says what is wrong with parameters, with a zero at its end; returns the length without, 0 if
-/// nothing is, as `snprintf` does. `text` may be null if `size` is zero.
+/// Writes the fault of parameters, with a zero at its end; returns the length without the zero, 0
+/// if there is no fault, as `snprintf` does. `text` may be null if `size` is zero.
 ///
 /// # Safety
 /// `params` is null or valid; `text` has room for `size` bytes.
@@ -316,7 +316,7 @@ pub unsafe extern "C" fn zr_drift_process(
     }))
 }
 
-/// Tells what is known after the last sample.
+/// Reads the state after the last sample.
 ///
 /// # Safety
 /// `filter` is null or was made by this library; `state` is null or valid.
@@ -347,7 +347,7 @@ pub unsafe extern "C" fn zr_drift_reset(filter: *mut zr_drift) -> zr_code {
 }
 
 /// The sensor was switched off and on: `ZR_AUTO` forgets the bias but not the noise, the others
-/// begin anew.
+/// start again.
 ///
 /// # Safety
 /// `filter` is null or was made by this library.

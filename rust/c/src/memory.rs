@@ -5,7 +5,7 @@ use core::slice;
 
 use crate::code::zr_code;
 
-/// What C points to, to be read.
+/// A shared reference to a value behind a pointer of C.
 ///
 /// # Safety
 /// The pointer is null, or points to such a value that nobody writes meanwhile.
@@ -14,7 +14,7 @@ pub(crate) unsafe fn shared<'a, T>(pointer: *const T) -> Result<&'a T, zr_code> 
     unsafe { pointer.as_ref() }.ok_or(zr_code::ZR_NULL)
 }
 
-/// What C points to, to be changed.
+/// An exclusive reference to a value behind a pointer of C.
 ///
 /// # Safety
 /// The pointer is null, or points to such a value that nobody else reads or writes meanwhile.

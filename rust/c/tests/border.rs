@@ -1,4 +1,4 @@
-//! What C may do wrong is answered by a code.
+//! Mistakes of C are answered by a code.
 
 use std::ffi::CStr;
 use std::ptr::{null, null_mut};

@@ -1,5 +1,5 @@
 //! The header is what cbindgen makes of the sources. `ZR_RENEW=1 cargo test -p zerorate-c` writes
-//! it anew.
+//! it again.
 
 use std::fs;
 use std::path::Path;
@@ -19,5 +19,5 @@ fn the_header_is_that_of_the_sources() {
         fs::write(&header, &made).expect("the header can be written");
     }
     let stands = fs::read_to_string(&header).expect("the header is there");
-    assert!(stands.into_bytes() == made, "ZR_RENEW=1 cargo test -p zerorate-c writes it anew");
+    assert!(stands.into_bytes() == made, "ZR_RENEW=1 cargo test -p zerorate-c writes it again");
 }

@@ -18,7 +18,7 @@ fn noise(seed: &mut u32) -> f64 {
     f64::from(*seed >> 8) / 16_777_216.0 - 0.5
 }
 
-/// What the program `drift` prints as its sum.
+/// The sum that the program `drift` prints.
 fn drift() -> u64 {
     let limits = RestLimits { rest: Some(10.0), bias: Some(20.0) };
     let params = AutoParams { limits, ..AutoParams::default() };
@@ -32,7 +32,7 @@ fn drift() -> u64 {
     })
 }
 
-/// What the program `attitude` prints as its sums.
+/// The sums that the program `attitude` prints.
 fn attitude(mag: bool) -> u64 {
     let params = AttitudeParams {
         rate: 100.0,
@@ -64,7 +64,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The static library beside this test, of the same build, or the one that `ZR_LIBRARY` names.
+/// The static library next to this test, of the same build, or the one that `ZR_LIBRARY` names.
 fn library() -> PathBuf {
     if let Some(named) = std::env::var_os("ZR_LIBRARY") {
         return root().join("../..").join(named);
@@ -78,7 +78,7 @@ fn library() -> PathBuf {
         .expect("cargo builds the static library before the tests")
 }
 
-/// What an example prints, by this compiler in this dialect.
+/// The output of an example, by this compiler in this dialect.
 fn printed(compiler: &str, dialect: &str, source: &str) -> String {
     let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join(source.replace('.', "-"));
     let compiled = Command::new(compiler)

@@ -80,7 +80,7 @@ impl Controller {
 const BIAS: f32 = 0.8;
 const NOISE: f32 = 0.1;
 
-/// What turns, in deg and deg/s, and the gyro on it.
+/// A rotating platform, in deg and deg/s, and the gyro on it.
 #[derive(Clone)]
 struct Platform {
     heading: f32,
@@ -97,7 +97,7 @@ impl Platform {
         Self { heading: 0.0, rate: 0.0, raw: 0.0, samples: 0, lost: 0, seed: 1 }
     }
 
-    /// Follows the rate it is told within a tenth of a second; brakes hold it when that is small.
+    /// Follows the commanded rate within a tenth of a second; brakes hold it when that is small.
     fn turn(&mut self, command: f32) {
         let wanted = if command.abs() < 0.05 { 0.0 } else { command };
         self.rate += (wanted - self.rate) * 10.0 * STEP;

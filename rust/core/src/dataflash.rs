@@ -6,7 +6,7 @@
 
 use crate::work;
 
-/// What every message begins with, before its number.
+/// First bytes of every message, before its number.
 const HEAD: [u8; 2] = [0xa3, 0x95];
 
 /// Bytes before the fields of a message.
@@ -35,11 +35,11 @@ pub struct Kind {
     pub columns: [u8; 64],
     /// Bytes of a message, with the three before its fields.
     pub length: usize,
-    /// Where its messages begin, in the order of the log.
+    /// Offsets of its messages, in the order of the log.
     pub offsets: Vec<u64>,
 }
 
-/// What is valid in a log.
+/// Valid messages of a log.
 #[derive(Debug, Clone)]
 pub struct Index {
     /// Kinds of messages in the order in which they are declared; `FMT` is the first.
@@ -132,7 +132,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Where a message ends that begins here, if it is all there.
+    /// The end of a message that begins here, if it is complete.
     #[inline(always)]
     fn whole(&self, at: usize) -> Option<usize> {
         let [first, second, number] = *self.raw.get(at..)?.first_chunk::<START>()?;
@@ -185,7 +185,7 @@ impl<'a> Walk<'a> {
         work::push(&mut self.kinds, kind);
     }
 
-    /// Where to go on behind a place where no valid message is.
+    /// The offset at which to go on after one without a valid message.
     fn behind_damage(&mut self, at: usize) -> usize {
         let begins = self.raw[at..].starts_with(&HEAD);
         let mut from = at + 1;
@@ -215,7 +215,7 @@ impl<'a> Walk<'a> {
 }
 
 impl Kind {
-    /// Whether a declaration may be meant so: its fields fill its messages, as far as all are known.
+    /// True if a declaration may be meant so: its fields fill its messages, as far as all are known.
     fn is_valid(&self) -> bool {
         let named = self.name[0].is_ascii_uppercase();
         let fields = self.format.split(|byte| *byte == 0).next().unwrap_or_default();

@@ -15,7 +15,7 @@ pub enum Error {
         name: &'static str,
         /// The range that it needs.
         expected: &'static str,
-        /// What was given.
+        /// The given value.
         value: f64,
     },
     /// A matrix cannot be one of a filter.
@@ -25,7 +25,7 @@ pub enum Error {
         name: &'static str,
         /// The step that it belongs to, if there is one a step.
         step: Option<usize>,
-        /// What it needs to be.
+        /// The expected values.
         expected: &'static str,
     },
     /// The bytes are no checkpoint of this library.
@@ -53,9 +53,9 @@ pub enum Error {
     /// The checkpoint belongs to another type, version or order.
     #[error("checkpoint holds {found}, expected {expected}")]
     Type {
-        /// What the bytes hold.
+        /// Label in the bytes.
         found: Label,
-        /// What was asked for.
+        /// Requested label.
         expected: Label,
     },
     /// The content passed its checksum but is not the state of such a filter.
@@ -67,7 +67,7 @@ pub enum Error {
     /// The system has no memory left for a new object.
     #[error("{bytes} bytes of memory were refused")]
     Memory {
-        /// How much was asked for.
+        /// Requested bytes.
         bytes: usize,
     },
     /// Work was asked to end before its result was there.

@@ -12,7 +12,7 @@ const TASK_BYTES: usize = 1 << 18;
 /// Digits that 64 bits surely hold.
 const MAX_DIGITS: usize = 19;
 
-/// What a double holds of whole numbers without rounding.
+/// Largest whole number up to which a double is exact.
 const MAX_EXACT: u64 = 1 << f64::MANTISSA_DIGITS;
 
 /// Powers of ten that doubles hold without rounding.
@@ -21,8 +21,7 @@ const POWERS: [f64; 23] = [
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
 
-/// What a cell is read as: its column, and whether it holds whole numbers, of which the column takes
-/// the 64 bits.
+/// Kind of a cell: its column, and a flag for whole numbers, of which the column takes the 64 bits.
 #[derive(Debug, Clone, Copy)]
 pub enum Cell {
     /// Not at all.
@@ -33,21 +32,21 @@ pub enum Cell {
     Whole(usize),
 }
 
-/// How rows are written.
+/// Format of rows.
 #[derive(Debug, Clone)]
 pub struct Form {
-    /// What stands between cells; None for any run of blanks.
+    /// Delimiter of cells; None for any run of blanks.
     pub delimiter: Option<u8>,
-    /// What stands before decimals.
+    /// Decimal point.
     pub point: u8,
     /// The cells of every row.
     pub cells: Vec<Cell>,
-    /// What stands for no value.
+    /// Texts of a missing value.
     pub missing: Vec<Vec<u8>>,
 }
 
 impl Form {
-    /// Whether all rows are plain, the last one without a line end. Then the columns, of as many
+    /// True if all rows are plain, the last one without a line end. Then the columns, of as many
     /// numbers as there are lines, hold theirs, and else anything.
     ///
     /// Not plain are quotes, remarks, empty lines, texts, infinities, numbers too large for a double
@@ -96,7 +95,7 @@ impl Form {
     }
 }
 
-/// Where the line ends that holds a byte, or the text.
+/// The end of the line with a byte, or of the text.
 fn line_end(text: &[u8], byte: usize) -> usize {
     let after = text.get(byte..).and_then(|rest| rest.iter().position(|b| *b == b'\n'));
     after.map_or(text.len(), |more| byte + more)

@@ -28,7 +28,7 @@ impl Stop {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// What the work returns.
+    /// Runs the work and returns its result.
     ///
     /// # Errors
     /// [`Error::Stopped`] if it was asked to end, [`Error::Memory`] if there was none left for it.
@@ -74,7 +74,7 @@ pub(crate) fn pause() {
     }
 }
 
-/// Whether the work was asked to end.
+/// True if the work was asked to end.
 pub(crate) fn is_asked_to_end() -> bool {
     let asked = |stop: &Option<Stop>| stop.as_ref().is_some_and(|s| s.0.load(Ordering::Relaxed));
     CURRENT.with_borrow(asked)
@@ -105,7 +105,7 @@ pub(crate) fn push<T>(values: &mut Vec<T>, value: T) {
     values.push(value);
 }
 
-/// What an iterator gives, or the end of the work.
+/// The values of an iterator, or the end of the work.
 pub(crate) fn collect<T>(values: impl IntoIterator<Item = T>) -> Vec<T> {
     let values = values.into_iter();
     let mut all = room(values.size_hint().0);

@@ -15,15 +15,15 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// averaging time with fading memory.
 ///
 /// ``R = (1 - w) R + w (z[k] - z[k-1])**2 / 2`` with ``1/w = 1 + fading / w_before`` (Fu & Han 2019,
-/// equations 17, 18 and 26 to 31). One that is not finite is a missing sample; differences across
-/// it are left out. One object serves one thread at a time.
+/// equations 17, 18 and 26 to 31). A sample that is not finite is missing; differences across it
+/// are left out. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// fading : float, default 0.97
-///     Memory b in (0, 1]: the weight of a difference falls by this factor a sample. Small follows
-///     changes quickly, large averages; 1 weighs all alike and equals the Allan variance of the
-///     whole record.
+///     Fading factor b in (0, 1]: the weight of a difference falls by this factor a sample. A small
+///     one follows changes quickly, a large one averages; 1 weighs all equally and equals the Allan
+///     variance of the whole record.
 /// noise : {"allan", "hadamard"}, default "allan"
 ///     First differences, or second differences ``(z[k] - 2 z[k-1] + z[k-2])**2 / 6``, which a
 ///     constant angular acceleration leaves alone.
@@ -86,7 +86,7 @@ impl AllanNoise {
 }
 
 getters! { AllanNoise, slf, py, this;
-    /// R so far, in the square of the samples' unit: float, with channels (k,).
+    /// R to date, in the square of the samples' unit: float, with channels (k,).
     variance: Object<'py> = this.shared.each(py, |noise| noise.variance())?;
 }
 
@@ -95,14 +95,14 @@ getters! { AllanNoise, slf, py, this;
 /// Averaging times are 1, 2, 4, … samples. The estimators are the fully overlapping ones, which take
 /// a difference at every sample, and equal those of the whole record to rounding. For that the
 /// object keeps the last three times the longest averaging time: ``16 * 2**octaves`` bytes a channel,
-/// 1 MiB for 16 octaves, however long the record. Estimators that overlap in part only would need a
-/// few numbers an octave, and be less certain.
+/// 1 MiB for 16 octaves, however long the record. Partly overlapping estimators would need only a
+/// few numbers an octave, but be less certain.
 ///
 /// A sample that is not finite (or ``update(None)``) is missing, and every difference that would
 /// need it is left out. One object serves one thread at a time.
 ///
-/// Differences are taken of 32 samples together, so the work comes with every 32nd sample, bounded
-/// and without allocation; what is read is always up to date.
+/// Differences are computed for 32 samples together, so every 32nd sample does the work, bounded
+/// and without allocation; the properties are always up to date.
 ///
 /// Parameters
 /// ----------
@@ -125,8 +125,9 @@ getters! { AllanNoise, slf, py, this;
 /// The overlapping Allan and Hadamard variances of Riley, *Handbook of Frequency Stability Analysis*,
 /// NIST SP 1065 (2008), section 5.2, with rates in place of fractional frequencies: mean squares of
 /// the second and third differences of the phase over ``2 m**2`` and ``6 m**2``. The phase is the
-/// running sum of distances from the first sample, or the first after a missing one. If the mean of n
-/// samples lies D off it, rounding is as noise of deviation ``6e-17 * n * D`` on each sample.
+/// running sum of distances from the first sample, or the first after a missing one. If the mean of
+/// n samples differs from that sample by D, rounding acts as noise of standard deviation ``6e-17 *
+/// n * D`` on each sample.
 ///
 /// Examples
 /// --------
@@ -179,7 +180,7 @@ getters! { StreamingAllan, slf, py, this;
     rate: f64 = this.first().rate();
     /// Number of averaging times.
     octaves: usize = this.first().octaves();
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
     /// Averaging times in seconds: (octaves,).
     taus: Object<'py> = {

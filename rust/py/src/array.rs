@@ -174,24 +174,26 @@ impl<const A: usize> ArrayBank for One<A> {
 
 /// Many gyros of one body as one, live or at once.
 ///
-/// Each sensor learns its own drift, axis by axis, as a ``DriftFilter`` does; then all are turned into
-/// the axes of the body. At rest they count by their noise, found from Allan variances over an eighth of
-/// a second, one and four seconds; in motion, where scale errors decide, nearly alike. A sample far
-/// from the middle of the others is not used. A sensor that disagrees over a quarter of a second is
-/// left out, whatever is wrong with it (offset, sign, scale, exchanged axes, noise), until it has agreed
-/// for 10 s at a rate that would have shown the fault. Of two sensors that disagree nobody knows which is
-/// wrong: both are used, and ``health`` says ``"disputed"``.
+/// Each sensor learns its own drift, axis by axis, as a ``DriftFilter`` does; then all rates are
+/// rotated into the axes of the body. At rest sensors are weighted by their noise, from Allan
+/// variances over an eighth of a second, one and four seconds; in motion, where scale errors
+/// decide, nearly equal. A sample far from the median of the other sensors is not used. A sensor
+/// that disagrees over a quarter of a second, for whatever fault (offset, sign, scale, exchanged
+/// axes, noise), is left out until it has agreed for 10 s at a rate that would have shown the
+/// fault. If two sensors disagree it is unknown which one is wrong: both are used, and ``health``
+/// is ``"disputed"``.
 ///
-/// N sensors have about sqrt(N) times less noise than one, and seldom more than 1.2 times that. A single
-/// one is a ``DriftFilter``, equal to the last bit. A sample that is not finite is missing, as is one of a
-/// sensor that is stuck; where nothing is left the rate is NaN. One object serves one thread at a time.
+/// N sensors have about sqrt(N) times less noise than one, and seldom more than 1.2 times that. A
+/// single one is a ``DriftFilter``, equal to the last bit. A sample that is not finite is missing,
+/// and so is one of a stuck sensor; where no sample is left the rate is NaN. One object serves one
+/// thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
 ///     Samples a second.
 /// sensors : int, optional
-///     Number of gyros, 1 to 256; may be left out where ``rotations`` or ``calibrations`` say it.
+///     Number of gyros, 1 to 256; may be left out if ``rotations`` or ``calibrations`` are given.
 /// axes : {3, 1}
 ///     Axes of each gyro.
 /// rotations : array_like, shape (sensors, 3, 3), optional
@@ -204,13 +206,13 @@ impl<const A: usize> ArrayBank for One<A> {
 /// rest_limit, bias_limit : float, optional
 ///     As of ``DriftFilter``.
 /// weights : {"auto", "mean", "white"} or array_like, shape (sensors,) or (sensors, axes)
-///     How much each counts: by noise and scale error; alike; by white noise alone; or as given, such as
+///     Weights: by noise and scale error; equal; by white noise alone; or as given, such as
 ///     those of ``allan_covariance(z, rate).virtual_gyro()``.
 /// scale_error : float
-///     Deviation of the sensors' scale factors, 0 to 1.
+///     Standard deviation of the sensors' scale factors, 0 to 1.
 /// method : {"auto", "centralised"}
-///     ``"centralised"`` is the published filter of two stages, for comparison: it takes the rate itself
-///     for a random walk, removes no bias, and lags behind every motion.
+///     ``"centralised"`` is the published filter of two stages, for comparison: it models the rate
+///     itself as a random walk, removes no bias, and lags behind every motion.
 /// labels : sequence of str, optional
 ///     Names of the sensors; by default ``"1"``, ``"2"``, …
 ///
@@ -390,9 +392,9 @@ impl GyroArray {
         Ok(())
     }
 
-    /// Allan covariances at rest so far, of one axis of the body: averaging times in s (m,), covariances
-    /// (m, sensors, sensors) in the unit of the samples squared, and of how many differences of
-    /// successive means each is (m, sensors, sensors).
+    /// Allan covariances at rest to date, of one axis of the body: averaging times in s (m,),
+    /// covariances (m, sensors, sensors) in the unit of the samples squared, and of how many
+    /// differences of successive means each is (m, sensors, sensors).
     #[pyo3(signature = (axis=0))]
     fn covariance<'py>(slf: &Bound<'py, Self>, axis: i128) -> PyResult<Bound<'py, PyTuple>> {
         let py = slf.py();
@@ -427,15 +429,15 @@ getters! { GyroArray, slf, py, this;
     /// Share of each sensor in the last rate, zero where it was not used: (sensors, 3), with one axis
     /// (sensors,).
     weights: Object<'py> = arrays::array(py, this.shared.bank.weights(), this.shared.axes())?;
-    /// How far each sensor can be trusted: ``"good"``, ``"missing"``, ``"saturated"``, ``"stuck"``,
+    /// Health of each sensor: ``"good"``, ``"missing"``, ``"saturated"``, ``"stuck"``,
     /// ``"excluded"`` or ``"disputed"``.
     health: Bound<'py, PyTuple> = {
         let health = this.shared.bank.health();
         PyTuple::new(py, health.into_iter().map(Health::name))?
     };
-    /// Where the body rests: (3,), with one axis (1,).
+    /// Mask of rest: (3,), with one axis (1,).
     at_rest: Object<'py> = arrays::small(py, &this.shared.bank.at_rest());
-    /// Samples so far, the missing ones included.
+    /// Samples to date, the missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
 }
 
@@ -467,7 +469,7 @@ impl GyroArray {
     }
 }
 
-/// What was known after each sample.
+/// State after each sample.
 struct Seen {
     rate: Vec<f64>,
     bias: Vec<f64>,

@@ -1,4 +1,4 @@
-//! What motion shows of mistaken units and axes, for Python.
+//! Check of units and axes by motion, for Python.
 
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::PyValueError;
@@ -115,7 +115,7 @@ pub fn check_gyro<'py>(
 /// -------
 /// costs : ndarray, shape (w,)
 /// numbers, sigmas : ndarray, shape (13,)
-///     Bias, rad/s; what the matrix is beside 1, by rows; delay of the gyro, s.
+///     Bias, rad/s; the matrix minus 1, by rows; delay of the gyro, s.
 ///
 /// Raises
 /// ------

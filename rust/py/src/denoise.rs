@@ -91,7 +91,8 @@ pub fn denoise<'py>(
     Ok((signal, levels.into_pyarray(py), sigma.into_pyarray(py), threshold.into_pyarray(py)))
 }
 
-/// What is left of a record below so many levels, then the details from the last level to the first.
+/// Decompose a record into the approximation below so many levels, then the details from the last
+/// level to the first.
 ///
 /// Raises
 /// ------
@@ -227,35 +228,35 @@ fn missing(record: &[f64]) -> Option<usize> {
 /// Wavelet denoising while samples arrive, late by a known number of samples.
 ///
 /// A decimated bank of Daubechies' filters splits the signal into octaves; details smaller than
-/// ``threshold`` deviations of the noise are taken away (VisuShrink), and the rest is put together
-/// again. What ``update`` returns belongs to the sample ``delay`` samples ago, ``(2**level - 1) *
-/// (taps - 1) + 1``, to the last bit of that number: with ``threshold=0`` it is that sample, to
-/// rounding. **At equal delay a linear-phase low-pass is better nearly always**: docs/explanation/wavelets.md.
+/// ``threshold`` standard deviations of the noise are removed (VisuShrink), and the signal is
+/// reconstructed. ``update`` returns the value of the sample ``delay`` samples ago, exactly
+/// ``(2**level - 1) * (taps - 1) + 1``: with ``threshold=0`` it is that sample, to rounding. **At
+/// equal delay a linear-phase low-pass is nearly always better**: docs/explanation/wavelets.md.
 ///
-/// The deviation of the noise is learned from the finest octave, by counting how many details lie
-/// within it: no outlier moves it by more than any other sample. Sixteen details begin it, and before
-/// that nothing is taken away. Motion that is quick enough to reach the finest octave passes for noise
-/// in time; the longer the filter, the quicker it must be.
+/// The standard deviation of the noise is learned from the finest octave, by counting the details
+/// within it: no outlier changes it by more than any other sample. It begins with sixteen details,
+/// and before that nothing is removed. Motion that is quick enough to reach the finest octave
+/// counts as noise after a while; the longer the filter, the quicker it must be.
 ///
-/// One that is not finite (or ``update(None)``) is a missing sample: the last one before it is taken
-/// for it, and the noise learns nothing from details that it is in. Before the first sample NaN is
-/// returned. One object serves one thread at a time.
+/// A sample that is not finite (or ``update(None)``) is missing: the last one replaces it, and
+/// details that contain it do not change the noise. Before the first sample NaN is returned. One
+/// object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second: it says how fast the noise is followed (a factor of e in some 10 s), and
-///     what ``delay_seconds`` is.
+///     Samples a second: sets the time constant of the noise (some 10 s) and ``delay_seconds``.
 /// wavelet : {"haar", "db2", "db4", "db8"}, default "db2"
-///     2, 4, 8 or 16 taps. Short ones delay less, long ones tell motion from noise better.
+///     2, 4, 8 or 16 taps. Short ones delay less, long ones distinguish motion from noise better.
 /// level : int, default 3
 ///     Octaves that are denoised, from 1 to 10: each halves the variance of white noise and doubles
 ///     the delay.
 /// mode : {"hard", "soft"}, default "hard"
-///     Details above the threshold stay, or come nearer to zero by it: soft is smoother at rest and
-///     bends motion.
+///     Details above the threshold stay, or shrink by it: soft is smoother at rest and distorts
+///     motion.
 /// threshold : float, default 4.0
-///     In deviations of the noise; 4 is that of VisuShrink for 3000 samples. 0 takes nothing away.
+///     In standard deviations of the noise; 4 is that of VisuShrink for 3000 samples. 0 removes
+///     nothing.
 /// channels : int, optional
 ///     Number of signals side by side; ``None`` is a single one.
 ///
@@ -332,12 +333,12 @@ getters! { WaveletDenoiser, slf, py, this;
     delay: u64 = this.first().delay();
     /// The same in seconds.
     delay_seconds: f64 = this.first().delay() as f64 / this.first().params().rate;
-    /// Deviation of the noise so far, in the samples' unit, zero before it is known: float, with
+    /// Deviation of the noise to date, in the samples' unit, zero before it is known: float, with
     /// channels (k,).
     sigma: Object<'py> = this.shared.each(py, |one| one.sigma())?;
-    /// Samples that were missing so far: int, with channels (k,).
+    /// Samples that were missing to date: int, with channels (k,).
     missing_count: Object<'py> = this.shared.each(py, |one| one.missing() as i64)?;
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
     /// Samples a second.
     rate: f64 = this.first().params().rate;
@@ -345,7 +346,7 @@ getters! { WaveletDenoiser, slf, py, this;
     wavelet: &'static str = this.first().params().wavelet.name();
     /// Octaves that are denoised.
     level: usize = this.first().params().level;
-    /// What is left of a coefficient: "hard" or "soft".
+    /// Treatment of coefficients above the threshold: "hard" or "soft".
     mode: &'static str = this.first().params().mode.name();
     /// In deviations of the noise.
     threshold: f64 = this.first().params().threshold;

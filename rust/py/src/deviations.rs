@@ -41,7 +41,7 @@ type Arrays<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>);
 ///     Number of terms, overlapping ones counted each.
 /// exponent : ndarray, int64, shape (t,) or (t, k)
 ///     α of the rate's noise S(f) ~ f^α at that averaging time, -4 (Hadamard kinds) or -2 to 2;
-///     where it cannot be told, that of the factor before, at first 0.
+///     where it cannot be identified, that of the factor before, at first 0.
 ///
 /// Raises
 /// ------

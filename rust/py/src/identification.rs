@@ -197,7 +197,7 @@ pub fn arma_likelihood(
     Ok((found.sum_of_squares, found.log_determinant, found.count))
 }
 
-/// Conditional residuals of an ARMA model, each segment between missing samples starting anew.
+/// Conditional residuals of an ARMA model, each segment between missing samples starting again.
 ///
 /// Parameters
 /// ----------

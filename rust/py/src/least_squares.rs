@@ -71,8 +71,8 @@ fn restored_sized<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Restor
 /// ARMA(p, q) model with a constant, learned while samples arrive.
 ///
 /// Recursive extended least squares of ``y[k] = φ y[k-1…] + θ a[k-1…] + c + a[k]`` with
-/// a-posteriori residuals a (Fu & Han 2019, equations 8 to 13), on samples centred and scaled by
-/// what a start-up window says. A sample that is not finite (or ``update(None)``) is missing and teaches
+/// a-posteriori residuals a (Fu & Han 2019, equations 8 to 13), on samples centred and scaled by a
+/// start-up window. A sample that is not finite (or ``update(None)``) is missing and changes
 /// nothing. One object serves one thread at a time.
 ///
 /// Parameters
@@ -80,14 +80,14 @@ fn restored_sized<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Restor
 /// order : (int, int), default (2, 1)
 ///     Orders p from 1 to 3 and q from 0 to 3; (p, 0) is AR(p).
 /// forgetting_factor : float, default 1.0
-///     λ in (0, 1]: small forgets old samples quickly, 1 never forgets. The covariance never grows
-///     beyond its start.
+///     λ in (0, 1]: a small one forgets old samples quickly, 1 never forgets. The covariance never
+///     grows beyond its start.
 /// channels : int, optional
 ///     Number of signals side by side; None is a single one.
 /// startup : int, default 100
-///     Samples from which offset and scale are learned (and until two samples differ).
+///     Number of samples from which offset and scale are learned (and until two samples differ).
 /// scale : float, optional
-///     Deviation of the signal in its own unit where it is known; else it is learned.
+///     Standard deviation of the signal in its own unit, if known; else it is learned.
 ///
 /// Raises
 /// ------
@@ -173,7 +173,7 @@ getters! { RecursiveLeastSquares, slf, py, this;
         let values = this.shared.bank.covariance();
         this.shared.arrays(py, values, &[this.shared.bank.size(); 2])?
     };
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
     /// The start-up is over: bool, with channels (k,).
     ready: Object<'py> = {

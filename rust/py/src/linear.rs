@@ -11,6 +11,7 @@ use zerorate_core::linear::{
 };
 
 use crate::common::arrays::{self, Record};
+use crate::common::elements::usual_row;
 use crate::common::errors::NativeError;
 use crate::common::getters::{Object, getters};
 use crate::common::rules::{self, Rule};
@@ -29,38 +30,38 @@ const PIECE: usize = 1 << 21;
 /// covariance is corrected by Joseph's form, always. ``x0`` and ``P0`` belong to the time before the
 /// first sample: each sample, the first too, begins with a prediction.
 ///
-/// A measurement that is NaN, infinite or beyond 1e150 is missing, and None stands for a whole vector of
-/// them: what is left of a vector corrects. A missing input counts as zero. A measurement that those
-/// before it in its vector determine to rounding corrects nothing. One object serves one thread at a
-/// time.
+/// A measurement that is NaN, infinite or beyond 1e150 is missing, and None stands for a missing
+/// vector; the present elements of a vector correct. A missing input counts as zero. A measurement
+/// that the elements before it determine to rounding corrects nothing. One object serves one thread
+/// at a time.
 ///
 /// Parameters
 /// ----------
 /// F : array_like, shape (n, n)
-///     What the state becomes in a step; n up to 256. All sizes to 8 states and 4 measurements are
-///     compiled for themselves.
+///     Transition matrix of a step; n up to 256. Sizes up to 8 states and 4 measurements have
+///     code of their own.
 /// H : array_like, shape (m, n)
-///     What is measured of the state.
+///     Measurement matrix.
 /// Q, R : array_like, shape (n, n) and (m, m)
-///     Covariances of what disturbs the state in a step, and of the noise of a measurement. Small Q
-///     smooths and is late, small R follows the measurements.
+///     Covariances of the process noise in a step, and of the measurement noise. A small Q smooths
+///     and lags, a small R follows the measurements.
 /// B : array_like, shape (n, p), optional
-///     What an input does to the state.
+///     Input matrix.
 /// x0 : array_like, shape (n,), or with channels (k, n) too, optional
 ///     Initial state, zero by default.
 /// P0 : array_like, shape (n, n), optional
-///     Its covariance. By default nothing is known: a deviation ten thousand times what as many samples
-///     as there are states tell of each.
+///     Its covariance. By default nothing is known: a standard deviation ten thousand times that of
+///     an estimate from as many samples as there are states.
 /// channels : int, optional
-///     Number of filters side by side with the same matrices; ``None`` is a single one. As long as
-///     they miss the same samples they share one covariance, which is fast.
+///     Number of filters side by side with the same matrices; ``None`` is a single one. While they
+///     miss the same samples they share one covariance, which is fast.
 ///
 /// Raises
 /// ------
 /// ValueError
 ///     A shape is wrong, a matrix not finite, a covariance not symmetric or not positive
-///     semidefinite; or P0 is needed, because the measurements tell nothing of some state, or Q and R
-///     are zero and tell no size.
+///     semidefinite; or P0 is needed, because some state is not observable, or Q and R are zero and
+///     give no scale.
 ///
 /// References
 /// ----------
@@ -86,7 +87,7 @@ pub struct LinearKalman {
     shared: Filters,
 }
 
-/// What the methods of all streaming classes ask of a bank.
+/// Interface of a bank for the methods of all streaming classes.
 #[derive(Debug)]
 struct Filters {
     bank: LinearBank,
@@ -344,15 +345,15 @@ impl LinearKalman {
 }
 
 getters! { LinearKalman, slf, py, this;
-    /// What the state becomes in a step: (n, n).
+    /// Transition matrix of a step: (n, n).
     F: Object<'py> = own(slf, |model| (&model.F, [0, 0]))?;
-    /// What is measured of the state: (m, n).
+    /// Measurement matrix: (m, n).
     H: Object<'py> = own(slf, |model| (&model.H, [1, 0]))?;
     /// Covariance of what disturbs the state in a step: (n, n).
     Q: Object<'py> = own(slf, |model| (&model.Q, [0, 0]))?;
     /// Covariance of the noise of a measurement: (m, m).
     R: Object<'py> = own(slf, |model| (&model.R, [1, 1]))?;
-    /// What an input does to the state: (n, p); p is 0 without one.
+    /// Input matrix: (n, p); p is 0 without one.
     B: Object<'py> = own(slf, |model| (&model.B, [0, 2]))?;
     /// The state: (n,), with channels (k, n).
     state: Object<'py> = this.shared.state(py)?;
@@ -537,10 +538,7 @@ impl Row {
         }
         let axes: Vec<usize> = channels.into_iter().chain([size]).collect();
         // What loops give most often.
-        if let [size] = axes[..]
-            && let Some(values) = arrays::usual_row(given)
-            && values.len() == size
-        {
+        if let Some(values) = usual_row(given, &axes) {
             return Ok(Self::Many(values));
         }
         let fits =

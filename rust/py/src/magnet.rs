@@ -9,12 +9,12 @@ use crate::common::arrays::{array, named, tuple};
 use crate::common::work::interruptible;
 
 type Array<'py> = Bound<'py, PyAny>;
-/// First second, second past the last, and whether it is wild.
+/// First second, second past the last, and a flag for outliers.
 type Piece = (usize, usize, bool);
 type Fitted<'py> =
     (Array<'py>, Bound<'py, PyArray1<f64>>, Array<'py>, f64, Bound<'py, PyArray1<f64>>);
 
-/// Spans of one hard iron each, and wild ones, of least cost.
+/// Spans of one hard iron each, and outliers, of least cost.
 ///
 /// Parameters
 /// ----------
@@ -32,7 +32,7 @@ type Fitted<'py> =
 /// Returns
 /// -------
 /// list
-///     Of each walk: its cost, and first second, second past the last, and whether it is wild, of
+///     Of each walk: its cost, and first second, second past the last, and a flag for outliers, of
 ///     each span.
 ///
 /// Raises

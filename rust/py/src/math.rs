@@ -62,7 +62,7 @@ pub fn chi_squared_survival(value: f64, freedom: f64) -> PyResult<f64> {
     })
 }
 
-/// Logarithm of the cumulative standard normal distribution, also far into its tail.
+/// Logarithm of the cumulative standard normal distribution, alto date into its tail.
 ///
 /// Parameters
 /// ----------

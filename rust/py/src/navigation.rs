@@ -11,6 +11,7 @@ use zerorate_core::navigation::{
 use zerorate_core::{Error, checkpoint, memory};
 
 use crate::common::arrays;
+use crate::common::elements;
 use crate::common::errors::NativeError;
 use crate::common::getters::{Object, getters};
 use crate::common::rules::{self, Rule};
@@ -32,48 +33,50 @@ const BYTES: usize = 1 << 13;
 /// and accelerometer. The sensors are integrated at every sample; fixes of the receiver, rest and wheels
 /// correct what drifts. Body axes are forward, right, down; the earth's north, east, down, WGS84.
 ///
-/// A position or velocity is taken if its normalised innovation squared is at most ``gate``. After ten in
-/// a row that are not, the filter is taken to be wrong and goes where the next one is (``move_count``).
-/// After an outage of two seconds, and five times the usual, a position is rejected until one follows
-/// that agrees with it; these the filter believes, however far it has drifted. A fix may be up to a second late. Without a known heading the filter waits, and with ``vehicle=
-/// "wheeled"`` takes it from the course above 1 m/s.
+/// A position or velocity is used if its normalised innovation squared is at most ``gate``. After
+/// ten rejections in a row the filter is considered wrong and moves to the next position
+/// (``move_count``). After an outage of two seconds, and of five usual intervals, a position is
+/// rejected until the next one agrees with it; then the filter accepts both, however far it has
+/// drifted. A fix may be up to a second late. Without a known heading the filter waits, and with
+/// ``vehicle= "wheeled"`` takes it from the course above 1 m/s.
 ///
-/// A rate or force that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the one before for a
-/// tenth of a second, then nothing is known of it and the deviations grow. After a gap of more than a
-/// second, or two without a gyro, the filter waits for a fix; biases are kept. One object serves one
-/// thread at a time.
+/// A rate or force that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the last one
+/// replaces it for a tenth of a second, then the standard deviations grow. After a gap of more than
+/// a second, or two without a gyro, the filter waits for a fix; biases are kept. One object serves
+/// one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// start : Alignment
-///     What is known before the first sample, as ``zr.align`` returns it.
+///     State before the first sample, as ``zr.align`` returns it.
 /// gyro, accel : NoiseModel or sequence of three, optional
 ///     Noise of the sensors, rad/s and m/s^2, the same for all axes or one each; by default that of
 ///     consumer sensors: 0.05 deg/s/sqrt(Hz) and 0.02 m/s^2/sqrt(Hz).
 /// antenna : array_like, shape (3,), default (0, 0, 0)
-///     From the sensor to the antenna, body axes, m.
+///     Vector from the sensor to the antenna, body axes, m.
 /// antenna_sigma : float or array_like, shape (3,), default 0.0
-///     Standard deviation of that, m, one or one an axis: if it is not 0, the place is estimated (``antenna``).
+///     Its standard deviation, m, one or one per axis: if it is not 0, the antenna's position is
+///     estimated (``antenna``).
 /// consider_antenna : bool, default False
-///     Do not estimate the place, but let its standard deviation count in ``sigma`` and gains (Schmidt).
+///     Do not estimate the position; its standard deviation counts in ``sigma`` and gains (Schmidt).
 /// vehicle : {None, "wheeled"}, default None
-///     "wheeled": it does not slip sideways and does not leave the ground, used five times a second above
-///     1 m/s.
+///     "wheeled": it neither slips sideways nor leaves the ground; applied five times a second
+///     above 1 m/s.
 /// axle : array_like, shape (3,), optional
-///     Of "wheeled": from the sensor to the axle that does not steer, body axes, m.
+///     Of "wheeled": vector from the sensor to the unsteered axle, body axes, m.
 /// wheel_sigma : float, optional
-///     Of "wheeled": deviation of the velocity across, m/s, default 0.3.
+///     Of "wheeled": standard deviation of the velocity across, m/s, default 0.3.
 /// speed_sigma : float, optional
-///     Of "wheeled": deviation of the speed that wheels tell, m/s, default 0.15.
+///     Of "wheeled": standard deviation of the wheels' speed, m/s, default 0.15.
 /// gate : float, default 50.0
-///     Normalised innovation squared, of three degrees of freedom, above which a fix is not taken.
+///     Normalised innovation squared, of three degrees of freedom, above which a fix is rejected.
 /// adapt : {"inflate", "free", "fixed"}, default "inflate"
-///     "inflate" raises the noise that the receiver tells to the Allan variance of the innovations, "free"
-///     lowers it as well, "fixed" believes the receiver.
+///     "inflate" raises the receiver's stated noise to the Allan variance of the innovations,
+///     "free" also lowers it, "fixed" uses the stated noise.
 /// covariance_step : float, default 0.1
 ///     Time between two steps of the covariance, s.
 /// kind : {"rate", "increment"}, default "rate"
-///     Whether samples are rates and forces, or their integrals since the sample before.
+///     Samples are rates and forces, or their integrals since the sample before.
 ///
 /// Raises
 /// ------
@@ -98,7 +101,7 @@ pub struct NavigationFilter {
     shared: Navigator,
 }
 
-/// What the methods of all streaming classes ask of a bank: one filter.
+/// Interface of a bank for the methods of all streaming classes: one filter.
 #[derive(Debug)]
 struct Navigator {
     channels: Option<usize>,
@@ -234,8 +237,9 @@ impl NavigationFilter {
     /// fast they roll forward, m/s, and its deviation, by default ``speed_sigma``. Their scale, and the yaw
     /// and pitch of the axis along which they roll, are estimated (``wheel_constants``). A wheel that
     /// slips, with an innovation of over three deviations, is not believed for ten seconds, then less.
-    /// Returns whether it will be used: not before the heading is known to 0.1 rad, nor if it is over a
-    /// second old or missing. ValueError if the vehicle is not "wheeled", or the deviation not positive.
+    /// Returns True if it will be used: not before the heading is known to 0.1 rad, nor if it is
+    /// over a second old or missing. ValueError if the vehicle is not "wheeled", or the deviation
+    /// not positive.
     #[pyo3(signature = (t, speed, sigma=None))]
     fn update_wheels(
         slf: &Bound<'_, Self>,
@@ -279,14 +283,15 @@ impl NavigationFilter {
         )
     }
 
-    /// What ``process`` does, with arrays: times (n,), samples (n, 3), and of m fixes the rows time,
-    /// position (deg, deg, m), velocity, deviations of both, shape (m, 13), NaN where a fix tells nothing.
-    /// ``wheel_speed`` is that of each sample, (n,), or rows of time, speed and deviation, (w, 3), in order.
-    /// A fix is taken after the first sample that is not before it, and so are wheels. Returns by name what is known after
-    /// each sample, and of each fix its ``verdict`` (used, rejected, refused, or 3 if it comes after the
-    /// last sample), ``nis`` (m, 2), what was new of each axis of position and velocity as ``innovation``
-    /// (m, 6), with its deviation ``innovation_sigma`` (m, 6), and when it was ``taken``, s; with ``record``
-    /// also what the smoother needs, else None. The interpreter lock is released.
+    /// Do the work of ``process`` with arrays: times (n,), samples (n, 3), and of m fixes the rows
+    /// time, position (deg, deg, m), velocity, standard deviations of both, shape (m, 13), NaN for
+    /// what a fix lacks. ``wheel_speed`` has a speed for each sample, (n,), or rows of time, speed
+    /// and standard deviation, (w, 3), in order. A fix is taken after the first sample that is not
+    /// before it, and so are wheels. Returns by name the state after each sample, and of each fix
+    /// its ``verdict`` (used, rejected, refused, or 3 if it comes after the last sample), ``nis``
+    /// (m, 2), the ``innovation`` of each axis of position and velocity (m, 6), its standard
+    /// deviation ``innovation_sigma`` (m, 6), and the time at which it was ``taken``, s; with
+    /// ``record`` also the record for the smoother, else None. The interpreter lock is released.
     #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false, wheel_speed=None))]
     // The arguments are those of the method in Python.
     #[allow(clippy::too_many_arguments)]
@@ -412,22 +417,22 @@ getters! { NavigationFilter, slf, py, this;
     antenna_sigma: Object<'py> = arrays::small(py, &this.shared.bank.antenna()[1]);
     /// Time of the last sample, s; NaN before the first.
     time: f64 = this.shared.bank.time();
-    /// Samples of the sensors given so far, missing ones included.
+    /// Samples of the sensors to date, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
-    /// Fixes so far by what became of them: "used", "rejected", "refused".
+    /// Fixes to date by what became of them: "used", "rejected", "refused".
     fix_count: Bound<'py, PyDict> = {
         let FixCounts { used, rejected, refused, .. } = *this.shared.bank.fixes();
         let [one, two, three] = VERDICTS;
         named(py, [(one, used), (two, rejected), (three, refused)])?
     };
-    /// What the gate has rejected so far, counted apart: "positions" and "velocities".
+    /// Counts of fixes that the gate has rejected to date: "positions" and "velocities".
     rejected_count: Bound<'py, PyDict> = {
         let [positions, velocities] = this.shared.bank.fixes().rejected_of;
         named(py, [("positions", positions), ("velocities", velocities)])?
     };
-    /// How often the filter went where the positions are, after ten in a row that were rejected.
+    /// Number of moves of the filter to the positions, after ten in a row that were rejected.
     move_count: u64 = this.shared.bank.fixes().moved;
-    /// When it last did so, s, and how far it was, m; None if it never did.
+    /// Time of the last move, s, and its distance, m; None before the first.
     last_move: Option<(f64, f64)> = {
         let FixCounts { moved, last_move: [at, by], .. } = *this.shared.bank.fixes();
         (moved > 0).then_some((at, by))
@@ -459,7 +464,7 @@ fn fix_of(row: &[f64; FIX]) -> Fix {
     }
 }
 
-/// What wheels tell: a speed at each sample, NaN for none, or rows of time, speed and deviation.
+/// Wheel speeds: one at each sample, NaN for none, or rows of time, speed and standard deviation.
 fn rollings(given: &Bound<'_, PyAny>, time: &[f64]) -> PyResult<Vec<Rolling>> {
     let n = time.len();
     let fits = |found: &[usize]| found == [n] || (found.len() == 2 && found[1] == 3);
@@ -475,7 +480,7 @@ fn rollings(given: &Bound<'_, PyAny>, time: &[f64]) -> PyResult<Vec<Rolling>> {
     Ok(all)
 }
 
-/// What a batch gives: names and numbers of what is known after each sample, and of each fix.
+/// Outputs of a batch: names and counts of the numbers after each sample, and of each fix.
 pub const SAMPLE: [(&str, usize); 6] = [
     ("position", 3),
     ("velocity", 3),
@@ -559,10 +564,11 @@ impl NavigationRecord {
         self.steps.len()
     }
 
-    /// What all fixes say of each of K steps, as arrays by name: ``sample``, the index of the sample that
-    /// it ends at; ``begins``, whether the filter began there; the errors of what it knew ``before`` and
-    /// ``after`` the measurements there, and their deviations ``sigma``, (K, 15) in the order of
-    /// `NavigationFilter.sigma`. Without ``deviations`` these are left out, which is many times as fast.
+    /// Smooth each of K steps with all fixes, and return arrays by name: ``sample``, the index of
+    /// the sample that the step ends at; ``begins``, True where the filter began there; the errors
+    /// of its state ``before`` and ``after`` the measurements there, and their standard deviations
+    /// ``sigma``, (K, 15) in the order of `NavigationFilter.sigma`. Without ``deviations`` these
+    /// are left out, which is many times as fast.
     #[pyo3(signature = (deviations=true))]
     fn smoothed<'py>(&self, py: Python<'py>, deviations: bool) -> PyResult<Bound<'py, PyDict>> {
         let count = self.steps.len();
@@ -643,7 +649,7 @@ fn of_axis(
     Ok(Some([white, walk.unwrap_or(usual)]))
 }
 
-/// What is known before the first sample, of an ``Alignment``.
+/// The state before the first sample, of an ``Alignment``.
 fn begun(start: &Bound<'_, PyAny>, wheeled: bool) -> PyResult<Start> {
     let needed = "start must be an Alignment, as zr.align returns it";
     let get = |name: &str| {
@@ -714,7 +720,7 @@ fn lever(name: &str, given: Option<&Bound<'_, PyAny>>) -> PyResult<[f64; 3]> {
 /// Three numbers, NaN for what is None.
 #[inline]
 fn three(name: &str, given: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
-    if let Some(usual) = arrays::three(given) {
+    if let Some(usual) = elements::three(given) {
         return Ok(usual);
     }
     if given.is_none() {

@@ -24,51 +24,52 @@ const WIDTH: usize = 7;
 
 /// Positions from the fixes of a receiver that stands or moves slowly, without most of their wandering.
 ///
-/// A fix is metres east and north of some point near by. What the receiver or others may tell besides:
-/// ``speed``, its Doppler velocity east and north in m/s; ``cn0``, the strength of the signals in dB-Hz;
-/// ``rest``, whether the platform is known to stand, as a ``RestDetector`` or a wheel tells.
+/// A fix is metres east and north of some point near by. Optional inputs: ``speed``, the Doppler
+/// velocity east and north in m/s; ``cn0``, the strength of the signals in dB-Hz; ``rest``, True if
+/// the platform is known to stand, from a ``RestDetector`` or a wheel.
 ///
 /// - **aided** uses all of them: Doppler moves the position, rest lets it stand, fixes of weak signals
 ///   count less, and the slow error of the receiver is a state, so that its wandering is not followed.
 /// - **moving_average** is the mean of the last ``window`` fixes: late by half of them in motion.
-/// - **kalman** takes the velocity for constant but for a white acceleration.
-/// - **heading** does not take a step shorter than ``step`` that turns the course by more than ``turn``.
+/// - **kalman** assumes a constant velocity with a white acceleration.
+/// - **heading** rejects a step shorter than ``step`` that turns the course by more than ``turn``.
 /// - **strength** is "kalman" with fixes of weak signals trusted less: a variance of ``sigma**2 *
 ///   10**((45 - cn0) / 10)`` below 45 dB-Hz (the sigma-epsilon form).
 ///
-/// The last four stand in papers and are here to compare with. **Nothing here removes the slow error
-/// itself**: metres that stay for minutes look like a place. It is averaged over what was seen of it.
+/// The last four are from papers and serve for comparison. **None of them removes the slow error
+/// itself**: an error of metres that lasts for minutes looks like a position. It is averaged over
+/// the time of observation.
 ///
-/// What is missing is NaN or None: of a fix it is predicted, not corrected; an unknown velocity is the
-/// last one, to ``acceleration`` times the time since; an unknown strength is a strong one. What a method
-/// has no use for it does not look at. Before the first fix NaN is returned. One object serves one thread
-/// at a time.
+/// Missing values are NaN or None. A missing fix is predicted, not corrected; a missing velocity is
+/// the last one, with an uncertainty of ``acceleration`` times the time since; a missing strength
+/// counts as strong. A method ignores inputs that it does not use. Before the first fix NaN is
+/// returned. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
 ///     Fixes a second.
 /// method : {"aided", "moving_average", "kalman", "heading", "strength"}, default "aided"
-///     What is made of them.
+///     Method of filtering.
 /// channels : int, optional
 ///     Number of receivers side by side; ``None`` is a single one.
 /// window : int, default 10
 ///     Of "moving_average": fixes, 1 to 64.
 /// sigma : float, default 0.7
-///     Of "aided", "kalman" and "strength": white noise of a fix of strong signals, an axis, m. Small
-///     follows the fixes.
+///     Of "aided", "kalman" and "strength": white noise of a fix of strong signals, an axis, m. A
+///     small one follows the fixes.
 /// process_noise : float, default 0.5
-///     Of "kalman" and "strength": power spectral density of the acceleration, m^2/s^3. Small smooths
-///     and is late in turns.
+///     Of "kalman" and "strength": power spectral density of the acceleration, m^2/s^3. A small one
+///     smooths and lags in turns.
 /// step, turn : float, default 3.0 and pi / 3
 ///     Of "heading": m and rad.
 /// error_sigma, error_time : float, default 2.5 and 120.0
-///     Of "aided": slow error of the receiver, an axis, m, and the time in which it is forgotten, s.
-///     Large ones hold more against the fixes.
+///     Of "aided": slow error of the receiver, an axis, m, and its correlation time, s. Large ones
+///     trust the fixes less.
 /// speed_sigma : float, default 0.1
 ///     Of "aided": white noise of the Doppler velocity, an axis, m/s.
 /// acceleration : float, default 1.0
-///     Of "aided": how fast the velocity may change while it is unknown, m/s^2.
+///     Of "aided": rate of change of the velocity while it is unknown, m/s^2.
 ///
 /// Raises
 /// ------
@@ -145,9 +146,9 @@ impl PositionFilter {
         this.shared.update_row(slf.py(), &rows)
     }
 
-    /// What ``update`` returns for each fix of a batch: (n, 2) to (n, 2), with channels (n, k, 2) to
-    /// (n, k, 2); ``cn0`` and ``rest`` are (n,), with channels (n, k); ``dt`` is one time for all fixes
-    /// or (n,). The interpreter lock is released.
+    /// Update with each fix of a batch: (n, 2) to (n, 2), with channels (n, k, 2) to (n, k, 2);
+    /// ``cn0`` and ``rest`` are (n,), with channels (n, k); ``dt`` is one time for all fixes or
+    /// (n,). The interpreter lock is released.
     #[pyo3(signature = (
         position, speed=None, cn0=None, rest=None, dt=None, out=None, threads=None
     ))]
@@ -230,15 +231,15 @@ getters! { PositionFilter, slf, py, this;
     /// Slow error that "aided" takes the receiver to have, m east and north, else NaN: (2,), with
     /// channels (k, 2).
     receiver_error: Object<'py> = each(slf, &[2], |known| known.receiver_error.to_vec())?;
-    /// Whether the last fix was missing: bool, with channels (k,).
+    /// True if the last fix was missing: bool, with channels (k,).
     missing: Object<'py> = this.shared.each(py, |one| one.snapshot().missing)?;
-    /// Whether "heading" did not take the last fix: bool, with channels (k,).
+    /// True if "heading" did not take the last fix: bool, with channels (k,).
     held: Object<'py> = this.shared.each(py, |one| one.snapshot().held)?;
-    /// Fixes given so far, missing ones included.
+    /// Fixes to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
     /// Fixes a second.
     rate: f64 = this.first().params().rate;
-    /// What is made of the fixes.
+    /// Treatment of the fixes.
     method: &'static str = this.first().params().method.name();
 }
 
@@ -253,7 +254,7 @@ fn each<'py>(
     this.shared.arrays(filter.py(), values, shape)
 }
 
-/// What one call gives.
+/// Arguments of one call.
 #[derive(Debug, Clone, Copy)]
 struct Given<'a, 'py> {
     position: &'a Bound<'py, PyAny>,

@@ -11,23 +11,23 @@ use crate::common::errors::NativeError;
 use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 
-/// Whether a gyro rests, told from its own output alone while samples arrive.
+/// Detection of a gyro's rest, by its own output alone while samples arrive.
 ///
-/// Samples are put together to ticks of a quarter of a second, four samples at least. How much they
-/// vary within a tick at rest, and how far the level of a tick lies from averages of 1, 4 and 16 s,
-/// is learned; a tick beyond what chance does once in a million ends the rest, 1.5 s near the level
+/// Samples are grouped into ticks of a quarter of a second, four samples at least. The detector
+/// learns the variance within a tick at rest, and the distance of a tick's level from averages of
+/// 1, 4 and 16 s. A tick that chance exceeds once in a million ends the rest; 1.5 s near the level
 /// of the last rest begin the next. Nothing depends on the unit, nor on a constant added.
 ///
-/// The start is taken for rest after 1.5 s that look like noise. If that turns out to be wrong within
-/// 10 s, only what has lasted for 10 s is taken for rest. Slow turning at one rate and a bias
-/// look alike: a new level that stands still is taken for rest after 10 s and about 11 s for each
-/// deviation of the samples that it lies off, 60 s at most; so is a new noise, such as an engine's.
-/// What was known before is kept and returned to in 1.5 s. Turning at less than about half of the
-/// samples' deviation is not noticed, and passes for drift. An accelerometer tells many of these
-/// from rest: ``MotionDetector``.
+/// The start counts as rest after 1.5 s that look like noise. If that proves wrong within 10 s,
+/// only a level that has lasted for 10 s counts as rest. Slow rotation at a constant rate and a
+/// bias look the same: a new constant level counts as rest after 10 s, plus about 11 s for each
+/// standard deviation of the samples between it and the old level, 60 s at most; so does a new
+/// noise, such as an engine's. The old level is kept, and a return to it takes 1.5 s. A rotation
+/// slower than about half of the samples' standard deviation is not noticed, and counts as drift.
+/// An accelerometer distinguishes many of these from rest: ``MotionDetector``.
 ///
-/// One that is not finite is a missing sample. A channel is judged by itself. One object serves one
-/// thread at a time.
+/// A sample that is not finite is missing. Each channel is treated on its own. One object
+/// serves one thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -36,11 +36,11 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// channels : int, optional
 ///     Number of signals side by side; ``None`` is a single one.
 /// rest_limit : float, optional
-///     Deviation of the samples within a tick above which a sensor of this kind cannot be at rest,
-///     in the samples' unit; the means of six ticks spread by three tenths of it at most. 10 deg/s
-///     suits MEMS gyros: motors shake samples, and means hardly.
+///     Standard deviation of the samples within a tick above which a sensor cannot be at rest, in
+///     the samples' unit; the means of six ticks spread by three tenths of it at most. 10 deg/s
+///     suits MEMS gyros: motors shake samples, but hardly their means.
 /// bias_limit : float, optional
-///     Level above which it cannot, in the samples' unit.
+///     Level above which it cannot be at rest, in the samples' unit.
 ///
 /// Raises
 /// ------
@@ -102,7 +102,7 @@ impl RestDetector {
 }
 
 getters! { RestDetector, slf, py, this;
-    /// Whether the sensor rests: bool, with channels (k,).
+    /// True if the sensor rests: bool, with channels (k,).
     at_rest: Object<'py> = this.shared.each(py, Core::at_rest)?;
     /// Samples a second.
     rate: f64 = this.first().rate();
@@ -114,19 +114,19 @@ impl RestDetector {
     }
 }
 
-/// Whether a body moves, told from its accelerometer alone while samples arrive.
+/// Detection of a body's motion, by its accelerometer alone while samples arrive.
 ///
-/// A gyro that turns slowly at one rate gives what one with a bias gives at rest. In the axes of a
-/// body that turns, gravity turns as well, unless it turns about the vertical. Means of 1, 2, 4, …, 64
-/// ticks of a quarter second are compared with the ones before: where they differ by more than the
-/// samples' noise explains, and by more than gravity turned by 0.4 degrees, the body moves. A turn of
-/// 0.4 deg/s about a level axis is seen within 2 s, one of 0.05 deg/s after half a minute. Motion is
-/// over when none has been seen for half as long again as it took to see, and, for a minute at most,
-/// when the samples are about as quiet as before it. True says that the body moves, False that nothing
-/// is known.
+/// A gyro that turns slowly at a constant rate has the same output as a biased one at rest. In the
+/// axes of a turning body gravity turns, too, unless the rotation is about the vertical. Means of
+/// 1, 2, 4, …, 64 ticks of a quarter second are compared with the previous ones: the body moves if
+/// they differ by more than the samples' noise explains, and by more than a rotation of gravity by
+/// 0.4 degrees. A rotation of 0.4 deg/s about a level axis is detected within 2 s, one of 0.05
+/// deg/s after half a minute. Motion is over when none has been detected for one and a half times
+/// the time of its detection, and, for a minute at most, when the samples are about as quiet as
+/// before it. True means that the body moves, False that its motion is unknown.
 ///
-/// Nothing depends on the unit, nor on the axes. A sample of which an axis is not finite is a missing
-/// one. One object serves one thread at a time.
+/// Nothing depends on the unit, nor on the axes. A sample with an axis that is not finite is
+/// missing. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -155,10 +155,9 @@ impl RestDetector {
 /// (False, True)
 ///
 /// What it knows keeps a turn from being learned as a bias:
-///
-/// >>> plain, told = zr.DriftFilter(rate=100.0), zr.DriftFilter(rate=100.0)
-/// >>> _, _ = plain.process(gyro), told.process(gyro, moving=moving)
-/// >>> round(plain.bias, 1), round(told.bias, 1)
+/// >>> plain, held = zr.DriftFilter(rate=100.0), zr.DriftFilter(rate=100.0)
+/// >>> _, _ = plain.process(gyro), held.process(gyro, moving=moving)
+/// >>> round(plain.bias, 1), round(held.bias, 1)
 /// (2.3, 0.3)
 #[pyclass(generic, module = "zerorate.noise")]
 #[derive(Debug)]
@@ -195,7 +194,7 @@ impl MotionDetector {
 }
 
 getters! { MotionDetector, slf, py, this;
-    /// Whether the body is known to move: bool, with channels (k,).
+    /// True if the body is known to move: bool, with channels (k,).
     moving: Object<'py> = this.shared.each(py, MotionCore::is_moving)?;
     /// Samples a second.
     rate: f64 = this.first().rate();

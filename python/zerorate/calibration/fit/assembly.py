@@ -36,7 +36,7 @@ _MIN_WEIGHT: Final = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """What was found in a recording, used or not.
+    """Contents of a recording, used or not.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def assemble_calibration(
 
 
 def _g_notes(solution: Solution) -> list[str]:
-    return ["what gravity does to the gyro was taken off in the turns"] if solution.in_turns else []
+    return ["g-sensitivity of the gyro was subtracted in the turns"] if solution.in_turns else []
 
 
 def _rms(errors: Floats) -> float:
@@ -151,7 +151,7 @@ def _complete_rests(case: Case, solution: Solution, errors: _Errors) -> list[Res
 
 
 def _complete_turns(case: Case, solution: Solution, errors: _Errors) -> list[Turn]:
-    """Return all turns; those that were used with angle, axis and what is left."""
+    """Return all turns; used ones with angle, axis and residual."""
     vectors = to_rotation_vectors(from_matrices(errors.rotations))
     fitted = iter(zip(vectors, errors.misses, errors.raw_misses, solution.fit.weights, strict=True))
     turns = []
@@ -189,7 +189,7 @@ def _force_unit(case: Case) -> float:
 
 
 def _per_g(case: Case) -> float:
-    """Return what makes of a number per local gravity one per g."""
+    """Return the factor from numbers per local gravity to numbers per g."""
     return STANDARD_GRAVITY / case.gravity
 
 
@@ -213,7 +213,7 @@ def _parameter_covariance(case: Case, solution: Solution) -> Floats:
 
 
 def _find_identifiable(solution: Solution) -> Booleans:
-    """Return which of the 33 parameters the record determines; what is fixed counts as known."""
+    """Return the mask of the 33 parameters that are fixed or that the record determines."""
     known = np.ones(33, dtype=bool)
     known[ACCEL_MATRIX][3 * LOWER_TRIANGLE[:, 0] + LOWER_TRIANGLE[:, 1]] = solution.identifiable[:6]
     known[ACCEL_BIAS] = solution.identifiable[6:9]

@@ -1,4 +1,4 @@
-"""Whether a calibration can be trusted, and what another record should have, in words."""
+"""Assessment of a calibration: reasons not to trust it, and advice for another record."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _MIN_TURN_RAD: Final = 10 * _DEG
 
 _MAX_MOVING_SHARE: Final = 1 / 3
 """Of the rests. Motion in a few of them is an error of each; one that most have in common, as by a
-table that gives way, is taken for an error of the sensors."""
+table that gives way, looks like an error of the sensors."""
 
 _MIN_REST_S: Final = 3.0
 """s, below which longer rests are advised."""
@@ -66,11 +66,11 @@ def describe_gyro_axes(axes: Floats) -> str:
     if np.linalg.det(axes) < 0:
         return (
             "the gyro's axes are left-handed; one sign is wrong, or two axes are exchanged: it "
-            f"follows gravity if ({axis_names}) is taken for its (x, y, z)"
+            f"follows gravity if ({axis_names}) is read as its (x, y, z)"
         )
     return (
         "the gyro's axes are not those of the accelerometer: it follows gravity if "
-        f"({axis_names}) is taken for its (x, y, z)"
+        f"({axis_names}) is read as its (x, y, z)"
     )
 
 
@@ -87,14 +87,14 @@ def find_problems(
     turns: Sequence[Turn],
     errors: tuple[Floats, Floats],
 ) -> list[str]:
-    """Return why a calibration is not valid, worst first.
+    """Return the reasons why a calibration is not valid, worst first.
 
     Parameters
     ----------
     fit
         What was found.
     known_units
-        Whether the unit of the accelerometer and that of the gyro are known.
+        True for a known unit, of the accelerometer and of the gyro.
     identifiable
         Of the names of all parameters, shape (33,).
     rests, turns
@@ -122,7 +122,7 @@ def find_problems(
 
 
 def _scale_problems(fit: Fit, known_units: tuple[bool, bool]) -> list[str]:
-    """Return what is wrong with the determinants: a fit may be perfect at the scale of nothing."""
+    """Return the faults of the determinants: a fit may be perfect at a scale of zero."""
     problems = []
     for name, matrix, known in (
         ("accelerometer", fit.accel, known_units[0]),
@@ -164,7 +164,7 @@ def _size_problems(
 
 
 def _explain_undetermined(rests: Sequence[Rest], turns: Sequence[Turn]) -> list[str]:
-    """Return what poses and turns have in common that hides parameters."""
+    """Return the property of poses and rotations that hides parameters."""
     up = np.array([rest.direction for rest in rests])
     spread = float(np.arccos((up @ up.T).clip(-1.0, 1.0)).max())
     causes = []
@@ -184,7 +184,7 @@ def _pair_directions(rests: Sequence[Rest], turns: Sequence[Turn]) -> list[tuple
 def give_advice(
     fit: Fit, prior: Prior, rests: Sequence[Rest], turns: Sequence[Turn], unused: Sequence[str]
 ) -> list[str]:
-    """Return what another record should have, for a person with the sensor in hand.
+    """Return advice for another record, for a person with the sensor in hand.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ def give_advice(
 
 
 def _advise_poses(fit: Fit) -> list[str]:
-    """Return which axes to hold up so that the scale of gravity is known in all directions.
+    """Return the axes to hold up so that the scale of gravity is known in all directions.
 
     One after the other, the direction that is known worst is taken to be measured.
     """

@@ -1,4 +1,4 @@
-"""What a fit is expected to err by, from its covariance: the size of gravity, and a turn."""
+"""Errors expected of a fit, from its covariance: size of gravity, and angle of a rotation."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ MAX_MISS_SHARE: Final = 0.03
 """Miss of carried gravity, parts of the angle turned, likewise."""
 
 MAX_POSE_SIGMA: Final = 5e-3
-"""Standard error of |f|/g in a pose beyond which that pose is asked for."""
+"""Standard error of |f|/g in a pose beyond which that pose is requested."""
 
 MAX_TURN_SIGMA_RAD: Final = 10e-3
 """Standard error of a turn by a right angle, rad, likewise."""
 
 
 def norm_jacobian(accel: Floats, up: Floats) -> Floats:
-    """Return what A and b_a move |f|/g by in some directions, but for its sign, shape (n, 9)."""
+    """Return the derivatives of |f|/g by A and b_a in some directions, up to sign, shape (n, 9)."""
     levers = up @ np.linalg.inv(accel)
     return np.concatenate(
         (levers[:, LOWER_TRIANGLE[:, 0]] * up[:, LOWER_TRIANGLE[:, 1]], levers), axis=1
@@ -40,7 +40,7 @@ def turn_sigmas(fit: Fit, size: float) -> Floats:
 
 
 def is_expected_valid(fit: Fit, up: Floats, size: float) -> bool:
-    """Return whether a fit is expected to stay within half of what a valid one may err by.
+    """Return True if a fit is expected to stay within half of a valid fit's largest errors.
 
     If not, its errors in other poses and turns say nothing of the sensors.
 

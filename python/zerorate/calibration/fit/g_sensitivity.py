@@ -22,7 +22,7 @@ _WALK_VARIANCES: Final = np.concatenate(([0.0], np.geomspace(0.01, 1e4, 13)))
 
 @dataclass(frozen=True, eq=False)
 class RestEstimate:
-    """What the gyro shows without turning.
+    """Gyro bias and g-sensitivity, estimated at rest.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class RestEstimate:
     spread
         Standard deviation of the bias about its mean over the record, shape (3,).
     identifiable
-        Whether the record determines each element of G, shape (3, 3).
+        Mask of the elements of G that the record determines, shape (3, 3).
     sigmas
         Standard errors of G, those of the prior where nothing is known, shape (3, 3).
     """
@@ -78,8 +78,8 @@ def estimate_at_rest(
     means, variances
         Of the gyro at rests and their white noise, shape (n, 3).
     rounding
-        Variance that rounding leaves in each mean, shape (3,). At one rate all round alike: it is
-        that of the bias, too, whatever the number of rests.
+        Variance that rounding leaves in each mean, shape (3,). At one rate all means are rounded
+        the same way: it is that of the bias, too, whatever the number of rests.
     times
         Of the middles of the rests, s, shape (n,).
     directions
@@ -87,12 +87,12 @@ def estimate_at_rest(
     size
         Unit of the gyro per rad/s.
     with_g
-        Whether G is estimated; else it is zero.
+        True if G is estimated; else it is zero.
 
     Notes
     -----
     Generalised least squares of ``mean = b + G u + random walk + white noise``. The strength of the
-    walk is integrated over its restricted likelihood: ten rests tell it hardly within a decade.
+    walk is integrated over its restricted likelihood: ten rests hardly determine it to a decade.
     """
     walk = _centred_walk_covariance(times)
     # A constant has no noise, and would have no bounds.
@@ -103,7 +103,7 @@ def estimate_at_rest(
     sigmas = np.sqrt([np.diagonal(covariance)[1:] for _, covariance, _ in axes])
     known = sigmas <= _MAX_SIGMA_RATIO * G_PRIOR_RAD_S * size
     if with_g and not known.all():
-        # The rest of what is known is of a sensor without those elements.
+        # The remaining estimates are of a sensor without those elements.
         pinned = np.where(known, prior, _PINNED_SIGMA_RATIO * prior)
         axes = [
             _fit_axis(means[:, k], variances[:, k], directions, walk, pinned[k]) for k in range(3)

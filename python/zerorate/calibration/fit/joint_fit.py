@@ -56,7 +56,7 @@ MAX_SIGMA_RATIO: Final = 0.3
 
 
 class Spread(NamedTuple):
-    """How far a sensor may be from its prior, standard deviations.
+    """Standard deviations of a sensor from its prior.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ WIDE_SPREAD: Final = Spread(0.5, 0.5, 0.5)
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """What is known before the record: A, M and how far they may be from that.
+    """Knowledge before the record: A, M and their standard deviations.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ class Prior:
 
     @property
     def sizes(self) -> tuple[float, float]:
-        """Return the scale of A and of M: what a part of one means in their units."""
+        """Return the scale of A and of M, for the units of their relative parts."""
         scales = [abs(np.linalg.det(matrix)) ** (1 / 3) for matrix in (self.accel, self.gyro)]
         return float(scales[0]), float(scales[1])
 
@@ -145,7 +145,7 @@ class Prior:
 
 @dataclass(frozen=True, eq=False)
 class Observations:
-    """What is fitted.
+    """Data of the fit.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ class Observations:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """The sensors as fitted, and what is left.
+    """The sensors as fitted, and the residuals.
 
     Parameters
     ----------
@@ -245,7 +245,7 @@ def _tangents(u: Floats) -> Floats:
 
 @dataclass(eq=False)
 class _State:
-    """Where the iteration stands."""
+    """State of the iteration."""
 
     values: Floats
     directions: Floats
@@ -261,7 +261,7 @@ def joint_fit(observations: Observations, prior: Prior, start: Fit | None = None
     observations
         Rests and turns.
     prior
-        What is known before; the start, unless there is a better one.
+        Prior; also the start, unless there is a better one.
     start
         An earlier fit to start at, of other rests and turns too.
 
@@ -317,7 +317,7 @@ class _Anchor:
         return cls(matrix, observations.integrate(matrix))
 
     def update(self, observations: Observations, matrix: Floats) -> tuple[_Anchor, TurnRotations]:
-        """Return the turns for another matrix, and what to start from next time."""
+        """Return the turns for another matrix, and the start for the next time."""
         change = matrix - self.matrix
         if np.abs(change).max() > _MAX_LINEAR_CHANGE * np.abs(matrix).max():
             fresh = _Anchor.at(observations, matrix)
@@ -352,7 +352,7 @@ def _turn_variances(observations: Observations, turn_rotations: TurnRotations) -
 
 @dataclass(frozen=True, eq=False)
 class _System:
-    """Normal equations, and what the variances of both groups are found from.
+    """Normal equations, and the sums for the variances of both groups.
 
     Of the rows of each group, in sigmas: the residuals, the part of the variance that is scaled,
     and the derivatives.
@@ -400,7 +400,7 @@ def _huber_weights(residuals: Floats) -> Floats:
 def _rest_rows(
     observations: Observations, state: _State, tangents: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the derivatives of what the accelerometer shows at rests, and what is left of it."""
+    """Return the derivatives of the accelerometer's output at rests, and its residuals."""
     n, u = len(observations.means), state.directions
     accel, bias, _ = _unpack(state.values)
     rows = np.zeros((n, 3, _SENSOR_PARAMETERS + 2 * n))
@@ -424,7 +424,7 @@ def _turn_rows(
     turn_rotations: TurnRotations,
     sigmas: Floats,
 ) -> tuple[Floats, Floats]:
-    """Return the derivatives of gravity carried through turns, and what is left of it."""
+    """Return the derivatives of gravity propagated through turns, and its residuals."""
     m, before, after = len(observations.pairs), observations.pairs[:, 0], observations.pairs[:, 1]
     back = turn_rotations.rotations.transpose(0, 2, 1)
     propagated = np.einsum("mab,mb->ma", back, state.directions[before])

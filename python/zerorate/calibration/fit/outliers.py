@@ -1,4 +1,4 @@
-"""Wild samples: far from all others round them, while the sensor is still."""
+"""Outliers: samples far from all others around them, while the sensor is still."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def find_outliers(data: Floats, step: Floats) -> Integers:
     Parameters
     ----------
     data : ndarray of float64, shape (n, k)
-        NaN where missing; none of these, nor the samples beside them, is wild.
+        NaN where missing; none of these, nor their neighbours, is an outlier.
     step : ndarray of float64, shape (k,)
         Between neighbouring values of each axis.
     """
@@ -55,7 +55,7 @@ def _find_axis_outliers(axis: Floats, step: float) -> Integers:
         _NOISE_RANGE_SIGMAS / _QUIET_BEND_SIGMAS * float(np.percentile(finite, _QUIET_PERCENTILE)),
         step,
     )
-    # Even beside another wild one it bends the curve by half of what it is off.
+    # Even next to another outlier it bends the curve by half of its error.
     candidates = 1 + np.flatnonzero(bends > 0.4 * _MIN_OUTLIER_SPREADS * noise)
     candidates = np.concatenate(([0], candidates, [axis.size - 1]))
     first = np.clip(candidates - _NEIGHBOURS, 0, axis.size - width)
@@ -64,7 +64,7 @@ def _find_axis_outliers(axis: Floats, step: float) -> Integers:
         -1, width - 1
     )
     neighbours.sort(axis=1)
-    # Without the ends, of which one may be wild as well.
+    # Without the ends, one of which may be an outlier, too.
     spread = neighbours[:, -2] - neighbours[:, 1]
     distance = np.abs(axis[candidates] - neighbours[:, _NEIGHBOURS])
     is_outlier = (spread <= _MAX_STILL_SPREADS * noise) & (

@@ -1,4 +1,4 @@
-"""Where the fit starts: at the data sheet, or at what gravity and turns tell of unknown units."""
+"""Start of the fit: from the data sheet, or from gravity and rotations if units are unknown."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _MAX_MISS_SHARE: Final = 0.15
 
 
 def choose_prior(record: Record, name: PriorName) -> Prior:
-    """Return the prior of a record's sensors: a data sheet, or what the record itself shows.
+    """Return the prior of a record's sensors: a data sheet, or estimates from the record itself.
 
     Raises
     ------
@@ -111,7 +111,7 @@ def _fit_sphere(means: Floats) -> tuple[Floats, float]:
     is_degenerate = spread < _MIN_SPREAD * float(np.linalg.norm(means, axis=1).max())
     if is_degenerate or rank < 4 or values[-1] < _MIN_SPREAD * values[0] or square <= 0:
         raise LogError(
-            "the unit of the accel is not known, and the poses are too alike to find it; give the "
+            "the unit of the accel is not known, and the poses are too close to find it; give the "
             "unit, or hold each axis up and down"
         )
     return level + spread * solution[:3], spread * float(np.sqrt(square))
@@ -210,6 +210,6 @@ def check_gravity(record: Record, gravity: float) -> None:
 
 
 def _gravity_by_unit(gravity: float) -> list[tuple[str, float]]:
-    """Return units and what gravity is in them."""
+    """Return units and the value of gravity in them."""
     standard = gravity / STANDARD_GRAVITY
     return [("g", standard), ("m/s^2", gravity), ("mg", 1e3 * standard)]

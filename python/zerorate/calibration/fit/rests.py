@@ -75,7 +75,7 @@ class _Windows:
 
 @dataclass(frozen=True, eq=False)
 class Stillness:
-    """What tells rests from motion: the variance of each sensor at its quietest.
+    """Thresholds between rest and motion: the variance of each sensor at its quietest.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ class Stillness:
     step
         By kind of sensor: step between neighbouring values of each axis, shape (3,).
     longest
-        Longest still stretch, s, whether or not it is long enough for a rest.
+        Longest still stretch, s, also if it is too short for a rest.
     """
 
     floor: dict[str, Floats]
@@ -94,8 +94,8 @@ class Stillness:
     def rounding(self, kind: str) -> Floats:
         """Return the variance that rounding leaves in a mean, however long, shape (3,).
 
-        Of noise that is large beside the step nothing is left, of none a uniform error: the
-        harmonics of rounding's sawtooth, each damped by the noise (B. Widrow and I. Kollar,
+        Where noise is large compared with the step nothing is left, without noise a uniform error:
+        the harmonics of rounding's sawtooth, each damped by the noise (B. Widrow and I. Kollar,
         "Quantization Noise", 2008, chapter 4).
         """
         square = self.step[kind] ** 2
@@ -109,7 +109,7 @@ class Stillness:
 
 def _measure_windows(sensor: Sensor) -> _Windows:
     block = max(1, round(_BLOCK_S * sensor.rate))
-    # Fewer than four samples tell no variance.
+    # Fewer than four samples give no variance.
     blocks = max(round(_WINDOW_S * sensor.rate / block), -(-4 // block))
     count = sensor.n // block
     if count < blocks:
@@ -163,7 +163,7 @@ def _estimate_floors(variance: Floats) -> Floats:
 
 
 def _find_still_blocks(sensors: Sequence[Sensor]) -> tuple[Booleans, list[_Windows]]:
-    """Return which blocks of the first sensor are still for all, and the windows of each."""
+    """Return the mask of the first sensor's blocks that are still for all, and their windows."""
     all_windows = [_measure_windows(sensor) for sensor in sensors]
     first, block = sensors[0], all_windows[0].block
     count = first.n // block
@@ -178,7 +178,7 @@ def _find_still_blocks(sensors: Sequence[Sensor]) -> tuple[Booleans, list[_Windo
 
 
 def _find_spans(sensors: Sequence[Sensor]) -> tuple[Integers, Stillness]:
-    """Return the samples of the rests of the first sensor, and what told them."""
+    """Return the samples of the rests of the first sensor, and their thresholds."""
     still, windows = _find_still_blocks(sensors)
     rate, block = sensors[0].rate, windows[0].block
     joined = max(1, round(_MAX_BREAK_S * rate / block))
@@ -199,7 +199,7 @@ def _find_spans(sensors: Sequence[Sensor]) -> tuple[Integers, Stillness]:
 
 
 def detect_rests(gyro: Sensor, accel: Sensor) -> tuple[list[Rest], Stillness]:
-    """Return all rests of two sensors, their means in the unit of the fit, and what told them."""
+    """Return all rests of two sensors, their means in the unit of the fit, and their thresholds."""
     spans, stillness = _find_spans((gyro, accel))
     rests = [_measure_rest(gyro, gyro, accel, int(first), int(last)) for first, last in spans]
     complete = [rest for rest in rests if np.isfinite([rest.gyro, rest.accel]).all()]
@@ -271,7 +271,7 @@ def _measure_rest(
 
 
 def _rest_errors(sensor: Sensor, rests: Sequence[Rest]) -> tuple[Floats, Floats]:
-    """Return what the mean of each rest may err by: by its halves, and by its quarters too."""
+    """Return the standard errors of the mean of each rest, from its halves and its quarters."""
     parts = []
     for rest in rests:
         ends = np.linspace(sensor.index_at(rest.start), sensor.index_at(rest.stop), 5).astype(int)
@@ -359,7 +359,7 @@ def convert_to_raw(rest: Rest, gyro: Sensor | None, accel: Sensor | None) -> Res
 
 
 def find_rests(recording: Recording | Log) -> tuple[Rest, ...]:
-    """Return the stretches without motion.
+    """Return the static intervals of a recording.
 
     Parameters
     ----------
@@ -371,21 +371,21 @@ def find_rests(recording: Recording | Log) -> tuple[Rest, ...]:
     -------
     tuple of Rest
         In the order of time, on the clock of the gyro if there is one. Means are in the raw units,
-        NaN of a sensor that there is not; ``direction`` is that of the raw specific force.
+        NaN for a missing sensor; ``direction`` is that of the raw specific force.
 
     Raises
     ------
     LogError
-        If there is neither sensor, or one has not three axes.
+        If both sensors are missing, or one does not have three axes.
     TypeError
         If it is neither a recording nor a log.
 
     Notes
     -----
     The variance of each axis in windows of 0.5 s is divided by its floor, the usual value where the
-    sensor is quietest; a window is still if no axis exceeds 5 floors. Breaks below 0.4 s are passed
-    over, and rests are at least 1 s long after 0.1 s were cut off at both ends. A tenth of the
-    record at least must be at rest: one in which nothing rests has no floor to compare with.
+    sensor is quietest; a window is still if no axis exceeds 5 floors. Interruptions below 0.4 s are
+    ignored, and rests are at least 1 s long after 0.1 s were cut off at both ends. A tenth of the
+    record at least must be at rest: otherwise there is no floor to compare with.
 
     Examples
     --------

@@ -52,7 +52,7 @@ class Sensor:
     factor
         What raw samples were multiplied by; 1 if the unit is unknown.
     known
-        Whether the unit is.
+        True if the unit is.
     outliers
         Samples that are missing because they stood alone in a rest, and what they were, raw unit.
     """
@@ -78,7 +78,7 @@ class Sensor:
 
     @cached_property
     def missing(self) -> Booleans | None:
-        """Which samples lack an axis, shape (n,); None if none does."""
+        """Mask of samples that lack an axis, shape (n,); None if none does."""
         # A sum is finite only if all its terms are, and costs a tenth of asking each.
         if np.isfinite(self.data.sum()):
             return None
@@ -90,7 +90,7 @@ class Sensor:
         return int(np.clip(np.ceil((time - self.start) * self.rate - 1e-6), 0, self.n))
 
     def mean(self, first: int, last: int) -> Floats:
-        """Return the mean of what is there, shape (3,); NaN if nothing is."""
+        """Return the mean of the present samples, shape (3,); NaN if there are none."""
         part = self.data[first:last]
         if self.missing is not None:
             part = part[~self.missing[first:last]]
@@ -166,7 +166,7 @@ def resolution(data: Floats) -> Floats:
 
 
 def _unit_factor(kind: Kind, unit: str, gravity: float) -> float | None:
-    """Return what makes of raw samples those of the fit, None if the unit is not known."""
+    """Return the factor from raw samples to the unit of the fit, None if the unit is unknown."""
     try:
         quantity = units.kind(unit)
     except ValueError:
@@ -253,7 +253,7 @@ def _find_log(kind: Kind, name: str | None, recording: Recording) -> Log:
         if len(recording) == 1 and recording[listed].channels > 3:
             message += (
                 f" of {recording[listed].channels} columns; a first line of names such as "
-                "time_s,gx,gy,gz,ax,ay,az tells sensors apart"
+                "time_s,gx,gy,gz,ax,ay,az distinguishes the sensors"
             )
         raise LogError(message)
     raise LogError(

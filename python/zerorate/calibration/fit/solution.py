@@ -44,7 +44,7 @@ class Record:
     rests, turns
         Those that are used.
     stillness
-        What told the rests.
+        Stillness by which the rests were found.
     accel_means, accel_sigmas, gyro_means, gyro_variances
         At rests, shape (n, 3).
     """
@@ -124,11 +124,11 @@ class Record:
         )
 
     def biases(self, up: Floats, sensitivity: Floats) -> Floats:
-        """Return the gyro's bias in each turn, what G does at the rests taken off."""
+        """Return the gyro's bias in each turn, without the effect of G at the rests."""
         return turn_biases(self.turns, self.rests, self.gyro_means - up @ sensitivity.T)
 
     def rates(self, sensors: Sensors) -> Floats:
-        """Return the samples of the gyro in all turns, less what G does, shape (k, 3)."""
+        """Return the samples of the gyro in all turns, minus the effect of G, shape (k, 3)."""
         rates = [self.gyro.data[turn.first : turn.last] for turn in self.turns]
         if sensors.sensitivity.any():
             rates = [
@@ -155,7 +155,7 @@ class Sensors:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What a record tells of both sensors.
+    """Parameters of both sensors, as the record determines them.
 
     Parameters
     ----------
@@ -164,9 +164,9 @@ class Solution:
     rest
         Bias of the gyro and G.
     in_turns, with_g
-        Whether G was taken off in the turns, and whether it was estimated at all.
+        True if G was subtracted in the rotations, and if it was estimated at all.
     identifiable
-        Whether the record determines each of the 18 parameters of the fit.
+        Mask of the 18 parameters of the fit that the record determines.
     """
 
     fit: Fit
@@ -188,7 +188,7 @@ class Solution:
 
 
 def solve(record: Record, prior: Prior, g_sensitivity: GSensitivity) -> Solution:
-    """Return what a record tells; what it does not determine stays at its prior value."""
+    """Return the solution; parameters that the record does not determine keep their prior value."""
     with_g = g_sensitivity is not False
     fit = _fit_sensors(record, prior, None, np.zeros((3, 3)))
     rest = _estimate_rest(record, fit, prior, with_g)

@@ -136,13 +136,13 @@ def run_calibration(
 
 
 def _origin(recording: Recording | None, logs: Sequence[Log]) -> Origin:
-    """Return what a recording and its logs say; names that arrays were given say nothing."""
+    """Return the source and channel names of a recording; names given for arrays are left out."""
     gyro, accel = (() if log.meta.get(UNNAMED) else log.names for log in logs)
     return Origin("" if recording is None else recording.source, gyro, accel)
 
 
 def _notes(gravity: float | None, logs: Sequence[Log], sensors: Sequence[Sensor]) -> list[str]:
-    """Return what was assumed of a recording, and what is odd about it."""
+    """Return notes on the assumptions made about a recording, and on its oddities."""
     notes = []
     if gravity is None:
         notes.append(
@@ -176,7 +176,7 @@ def _notes(gravity: float | None, logs: Sequence[Log], sensors: Sequence[Sensor]
 
 
 def _outlier_notes(sensor: Sensor) -> list[str]:
-    """Return which samples were left out since they stood alone in a rest."""
+    """Return a note on the samples that were left out as outliers in a rest."""
     indices, values = sensor.outliers
     if not indices.size:
         return []
@@ -209,14 +209,14 @@ def _exclude_turning(rests: list[Rest], gyro: Sensor) -> list[Rest]:
 
 
 def _exclude_wrong_force(rests: list[Rest], accel: Sensor) -> list[Rest]:
-    """Return the rests, those at which the accelerometer shows no gravity marked as not used."""
+    """Return the rests, those without gravity on the accelerometer marked as not used."""
     if not rests:
         return rests
     sizes = np.linalg.norm([rest.accel for rest in rests], axis=1)
     usual = float(np.median(sizes))
     if not usual > 0.0:
         raise LogError("the accel shows 0 at rest on all axes, expected gravity")
-    # Beside a scale, a sensor of unknown unit may have a bias as large as gravity.
+    # In addition to a scale, a sensor of unknown unit may have a bias as large as gravity.
     least, most = (0.5, 1.5) if accel.known else (0.1, 10.0)
     return [
         rest
@@ -278,7 +278,7 @@ def _is_permuted(record: Record, prior: Prior) -> bool:
 
 
 def _check_enough(case: Case, choices: Choices) -> None:
-    """Refuse a record of too few rests or turns, with what it tells all the same."""
+    """Refuse a record of too few rests or turns, with its incomplete result."""
     record = case.record
     if len(record.rests) >= _MIN_RESTS and len(record.turns) >= _MIN_TURNS:
         return
@@ -306,7 +306,7 @@ def _format_count(used: Sequence[object], found: Sequence[object], name: str) ->
 
 
 def _choose_remedy(case: Case) -> str:
-    """Return what would help most: against the usual reason, or else more poses."""
+    """Return the advice that helps most: against the commonest reason, or else more poses."""
     counts = Counter(reason for _, reason in _unused_reasons(case))
     if not counts or len(case.rests) <= _MIN_TURNS:
         return _POSES_ADVICE
@@ -314,7 +314,7 @@ def _choose_remedy(case: Case) -> str:
 
 
 def _unused_reasons(case: Case) -> list[tuple[str, str]]:
-    """Return whether it is a rest or a turn, and the reason in a word, of each that is left out."""
+    """Return the kind, rest or turn, and the short reason of each interval that is left out."""
     kinds: tuple[tuple[str, Sequence[Rest | Turn]], ...] = (
         ("rest", case.rests),
         ("turn", case.turns),
@@ -328,7 +328,7 @@ def _unused_reasons(case: Case) -> list[tuple[str, str]]:
 
 
 def _describe_unused(case: Case) -> list[str]:
-    """Return how many rests and turns were left out, by reason."""
+    """Return the counts of rests and turns that were left out, by reason."""
     counts = Counter(_unused_reasons(case)).items()
     counts_text = [f"{n} {kind}{'' if n == 1 else 's'} ({reason})" for (kind, reason), n in counts]
     return [f"left out: {', '.join(counts_text)}"] if counts_text else []

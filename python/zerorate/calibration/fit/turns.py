@@ -21,20 +21,20 @@ SATURATED: Final = "saturated"
 MAX_TURN_S: Final = 30.0
 _MIN_HITS: Final = 10
 _MAX_WEIGHED_S: Final = 10.0
-"""Rest, s, beyond which the mean rate of a longer one tells the bias of a turn no better."""
+"""Rest, s, beyond which a longer one does not improve the bias of a turn."""
 
 _MOTION_WEIGHT: Final = 1e-3
 
 
 def find_saturated(gyro: Sensor, limit: float | None) -> Booleans:
-    """Return which samples are at the end of the gyro's range, shape (n,).
+    """Return the mask of samples at the end of the gyro's range, shape (n,).
 
     Parameters
     ----------
     gyro
         The sensor.
     limit
-        The end of the range in the raw unit, or None to take for it the largest value, or the
+        The end of the range in the raw unit, or None to use the largest value, or the
         smallest, of an axis that is hit ten times.
     """
     if limit is not None:
@@ -101,7 +101,7 @@ def turn_biases(turns: Sequence[Turn], rests: Sequence[Rest], at_rest: Floats) -
 
 @dataclass(frozen=True, eq=False)
 class TurnRotations:
-    """What the gyro says of each turn.
+    """Rotations of each turn, by integration of the gyro.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def integrate_turns(
     Parameters
     ----------
     rates
-        Shape (n, 3); what depends on gravity taken off.
+        Shape (n, 3); without the part that depends on gravity.
     period
         Seconds from sample to sample.
     spans

@@ -1,1 +1,1 @@
-"""Calibration of a magnetometer by the gyro: ticks, spans, fit, choice and what was found."""
+"""Calibration of a magnetometer by the gyro: ticks, spans, fit, choice and results."""

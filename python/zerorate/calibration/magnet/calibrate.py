@@ -51,21 +51,21 @@ def calibrate_magnetometer(
     gyro : str
         Which of several sensors; default the first.
     one : bool
-        Whether the record has one hard iron, since nobody touched the device. Default: several
+        Assume one hard iron for the record, since nobody touched the device. Default: several
         where that leaves clearly less scatter, for a magnet that comes and goes.
     field, dip : float, optional
         Size of the field at the place, uT, and its angle below the level, rad, as a model of the
-        earth's field tells them: a result that cannot be of there is not valid.
+        earth's field gives them: a result that contradicts them is not valid.
     place : tuple of float, optional
-        Latitude and longitude, deg, and maybe height, m: `zerorate.geometry.earth_field` then tells
+        Latitude and longitude, deg, and maybe height, m: `zerorate.geometry.earth_field` then gives
         field and dip. Default that of the recording's positions, where it has some and pygeomag is
         installed.
 
     Returns
     -------
     MagnetometerCalibration
-        Ask `applied`: only what more than halves the scatter of samples that the fit had not
-        seen is taken off.
+        Check `applied`: a correction is applied only if it more than halves the scatter of samples
+        that the fit had not seen.
 
     Raises
     ------
@@ -116,9 +116,9 @@ def _reference_field(
     field: float | None,
     dip: float | None,
 ) -> EarthField | None:
-    """Return the field at a place, typed or recorded; None where nothing tells it."""
+    """Return the field at a place, typed or recorded; None if neither gives it."""
     if place is not None and (field is not None or dip is not None):
-        raise ArgumentError("place", "tells field and dip: give it, or them")
+        raise ArgumentError("place", "determines field and dip: give it, or them")
     if place is not None:
         if len(place) not in (2, 3):
             raise ArgumentError("place", f"takes latitude, longitude and maybe height, got {place}")
@@ -216,7 +216,7 @@ def _validate_field(
         if abs(size - field) > 3.0 * sigma + _MAX_FIELD_DIFFERENCE * field:
             problems.append(
                 f"the field is {size:.3g} uT, and that of the place {field:.3g} uT: the unit or "
-                "the scale of the magnetometer is wrong, or it is beside iron that turns with it"
+                "the scale of the magnetometer is wrong, or it is next to iron that turns with it"
             )
     if dip is not None and result.dip.identifiable:
         difference = abs(result.dip - dip)

@@ -1,4 +1,4 @@
-"""What of a fit is applied: only what more than halves the scatter of samples it had not seen."""
+"""Choice of the parameters to apply: those that more than halve the scatter of unseen samples."""
 
 from __future__ import annotations
 
@@ -38,20 +38,20 @@ _MAX_ELEMENT: Final = 0.6
 
 @dataclass(frozen=True, eq=False)
 class IronChoice:
-    """The fit, and what of it is applied, in units of the field's median size.
+    """The fit, and the applied part of it, in units of the field's median size.
 
     Parameters
     ----------
     spans : list of Span
         All of the record.
     iron : ndarray, shape (g, 3)
-        Of each group as found; what is not known of it is zero.
+        Hard iron of each group as found; unknown components are zero.
     applied : ndarray of bool, shape (g,)
-        Whether it is taken off.
+        True if it is subtracted.
     elements, soft
         Of D - 1 as applied, zero where none are, and which were fitted.
     rotation, rotation_sigma : ndarray, shape (3,)
-        Antisymmetric elements of a fit of everything, and their deviations.
+        Antisymmetric elements of a fit of everything, and their standard deviations.
     covariance : ndarray, shape (8 + 3 g, 8 + 3 g)
         Of elements of D, then hard irons.
     raw, left : ndarray, shape (g,)
@@ -82,7 +82,7 @@ class IronChoice:
 
 
 def choose_iron(ticks: Ticks, spans: list[Span], single_iron: bool = False) -> IronChoice | None:
-    """Return what is applied of the fit; None where no hard iron has two known directions."""
+    """Return the iron to apply; None where no hard iron has two known directions."""
     spans, groups = group_spans(ticks, spans)
     informative = None
     if groups and not single_iron:

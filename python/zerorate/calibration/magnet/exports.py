@@ -38,8 +38,10 @@ _writes = partial(
     faults="""\
 ValueError
     If nothing is applied or fewer than three directions of the hard iron are known, without
-    `force`; if the unit of the samples is none of a magnetic field.""",
-    forced=", and to write numbers that the log does not bear out, with a warning",
+    `doubtful`; if the unit of the samples is none of a magnetic field.""",
+    options="""\
+doubtful : bool
+    Write numbers that the log does not bear out, with a warning in the file; default False.""",
 )
 
 
@@ -49,6 +51,7 @@ def to_px4(
     path: str | os.PathLike[str] | None = None,
     *,
     instance: int = 0,
+    doubtful: bool = False,
     force: bool = False,
 ) -> str:
     """Return hard and soft iron as parameters of PX4, in the format of QGroundControl.
@@ -65,7 +68,7 @@ def to_px4(
         ``XODIAG``, ``YODIAG``, ``ZODIAG`` its elements xy, xz, yz. Axes must be those of the body.
         Of several hard irons that of `longest`.
     """
-    offset, matrix = _offset_and_matrix(calibration, 1e2, force)
+    offset, matrix = _offset_and_matrix(calibration, 1e2, doubtful)
     names = [f"CAL_MAG{instance}_{axis}OFF" for axis in _AXES]
     names += [f"CAL_MAG{instance}_{axis}SCALE" for axis in _AXES]
     names += [f"CAL_MAG{instance}_{axis}ODIAG" for axis in _AXES]
@@ -86,6 +89,7 @@ def to_ardupilot(
     path: str | os.PathLike[str] | None = None,
     *,
     compass: int = 1,
+    doubtful: bool = False,
     force: bool = False,
 ) -> str:
     """Return hard and soft iron as parameters of ArduPilot.
@@ -102,21 +106,19 @@ def to_ardupilot(
         ``COMPASS_DIA`` the diagonal of E and ``COMPASS_ODI_X``, ``_Y``, ``_Z`` its elements xy, xz,
         yz. Of several hard irons that of `longest`.
     """
-    offset, matrix = _offset_and_matrix(calibration, 0.1, force)
+    offset, matrix = _offset_and_matrix(calibration, 0.1, doubtful)
     number = "" if compass == 1 else str(compass)
     names = [f"COMPASS_{kind}{number}_{axis}" for kind in ("OFS", "DIA", "ODI") for axis in _AXES]
     values = [*(-offset), *np.diagonal(matrix), *(matrix[i, j] for i, j in _PAIRS)]
     lines = [
-        *_header_lines(
-            calibration, "ArduPilot: offsets of a compass in milligauss, scales beside them."
-        ),
+        *_header_lines(calibration, "ArduPilot: offsets of a compass in milligauss, and scales."),
         *(f"{name},{float(value)!r}" for name, value in zip(names, values, strict=True)),
     ]
     return write_text("\n".join(lines) + "\n", path, force)
 
 
 def _offset_and_matrix(
-    calibration: MagnetometerCalibration, microtesla: float, force: bool
+    calibration: MagnetometerCalibration, microtesla: float, doubtful: bool
 ) -> tuple[Floats, Floats]:
     """Return the hard iron in a unit of so many microtesla, and the inverse of the soft iron."""
     if calibration.unit not in MICROTESLA:
@@ -129,12 +131,12 @@ def _offset_and_matrix(
             )
         )
     doubts = list(_doubts(calibration))
-    if doubts and not force:
+    if doubts and not doubtful:
         advice = "; ".join(calibration.advice) or "turn the device about two axes that differ"
         raise ValueError(
             make_sentence(
                 f"{doubts[0]}: {advice}; ",
-                keyword_argument("force", "", "force=True"),
+                keyword_argument("doubtful", "", "doubtful=True"),
                 " writes the numbers with this warning",
             )
         )

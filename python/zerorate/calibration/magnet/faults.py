@@ -1,4 +1,4 @@
-"""What is wrong with a magnetometer's samples before anything is fitted."""
+"""Faults of a magnetometer's samples that are found before any fit."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from zerorate.numerals import shorten
 from zerorate.types import Booleans, Floats
 
 _MIN_TURN_RATE_RAD_S: Final = np.radians(20.0)
@@ -14,7 +15,7 @@ _MIN_TURN_RATE_RAD_S: Final = np.radians(20.0)
 _MIN_CLIPPED_SHARE: Final = 0.01
 _MIN_READINGS: Final = 10
 _MAX_CLIPPED_SHARE: Final = 0.2
-"""Share of samples at the end of the range above which nothing can be told."""
+"""Share of samples at the end of the range above which no fit is possible."""
 
 
 def describe_stuck_axes(mag: Floats) -> tuple[str, ...]:
@@ -31,7 +32,7 @@ def describe_stuck_axes(mag: Floats) -> tuple[str, ...]:
 
 
 def find_clipped(mag: Floats, gyro: Floats) -> tuple[Booleans, list[str], list[str]]:
-    """Return which samples are at the end of the range, and what is wrong and to be noted of it.
+    """Return the mask of samples at the end of the range, with problems and notes about them.
 
     An axis that stays at its largest or smallest reading while the sensor turns and others change
     is at the end of its range.
@@ -47,7 +48,7 @@ def find_clipped(mag: Floats, gyro: Floats) -> tuple[Booleans, list[str], list[s
             is_clipped |= at_end
             sentence = (
                 f"the magnetometer's {axis} is at the end of its range, {end:.6g}, in "
-                f"{100.0 * share:.2g} % of the samples"
+                f"{shorten(100.0 * share)} % of the samples"
             )
             if share > _MAX_CLIPPED_SHARE:
                 problems.append(sentence)

@@ -19,7 +19,7 @@ _WINDOW_TICKS: Final = 200
 """Ticks in which the field is one."""
 _SOFT_PRIOR_SIGMA: Final = 0.2
 KNOWN_SIGMA: Final = 0.10
-"""Deviation of a direction of the hard iron that is known."""
+"""Standard deviation of a direction of the hard iron that is known."""
 _MAX_SOFT_SIGMA_RATIO: Final = 0.3
 _UNMODELLED_SIGMA: Final = 0.03
 
@@ -46,7 +46,7 @@ FULL: Final = tuple(range(8))
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """What a fit found.
+    """Result of a fit.
 
     Parameters
     ----------
@@ -120,12 +120,12 @@ def covariance(ticks: Ticks, group: Integers, iron_fit: Fit, soft: tuple[int, ..
 
 
 def count_known_directions(block: Floats) -> int:
-    """Return how many directions of a hard iron with this covariance are known."""
+    """Return the number of known directions of a hard iron with this covariance."""
     return int((np.linalg.eigvalsh(block) < KNOWN_SIGMA**2).sum())
 
 
 def zero_unknown_directions(values: Floats, matrix: Floats, groups: int) -> Floats:
-    """Return hard irons of which what is not known is zero, shape (g, 3)."""
+    """Return hard irons with zeros along unknown directions, shape (g, 3)."""
     values = values.copy()
     for g in range(groups):
         slots = slice(8 + 3 * g, 11 + 3 * g)

@@ -1,17 +1,16 @@
-"""What a fit of a magnetometer says: coefficients, their errors, and advice."""
+"""Result of a magnetometer's fit: coefficients, their errors, and advice."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
 
 from zerorate.calibration.magnet.choice import IronChoice
 from zerorate.calibration.magnet.fit import BASIS, KNOWN_SIGMA, count_known_directions
-from zerorate.calibration.magnet.spans import Span
+from zerorate.calibration.magnet.spans import Span, list_iron_changes
 from zerorate.calibration.magnet.sphere import Sphere
 from zerorate.calibration.magnet.ticks import Ticks
 from zerorate.calibration.magnetometer import IronGroup, MagnetometerCalibration, MagnetometerModel
@@ -144,7 +143,7 @@ def gyro_result(
 
 
 def _field_residuals(ticks: Ticks, choice: IronChoice) -> Floats:
-    """Return what is left of the field in each second, its own being that of the nearest fit."""
+    """Return the residual field of each second, relative to the field of the nearest fit."""
     group = np.zeros(ticks.n, dtype=np.int64)
     for span in choice.spans:
         group[span.tick_indices(ticks)] = span.group
@@ -211,7 +210,7 @@ def _rotation_vector(choice: IronChoice) -> Vector:
 def _field_and_dip(
     choice: IronChoice, matrix: Floats, norm: float
 ) -> tuple[Coefficient, Coefficient]:
-    """Return size and dip of the mean field, with what hard and soft iron leave open."""
+    """Return size and dip of the mean field, with the uncertainty by hard and soft iron."""
     fields = choice.fit.fields
     h, back = fields.mean(axis=0), choice.ticks.inverse_rotation
     turn = choice.ticks.rotation
@@ -243,12 +242,8 @@ def _advice(
                 f"turn once about an axis across ({x:.1f}, {y:.1f}, {z:.1f}) of the sensor: along "
                 "it the hard iron is not known"
             )
-    undisturbed = [span for span in spans if span.kind != "disturbed"]
-    for before, after in pairwise(undisturbed):
-        if before.group != after.group:
-            irons = [np.array(groups[span.group].hard_iron) for span in (before, after)]
-            change = float(np.linalg.norm(irons[1] - irons[0]))
-            yield (
-                f"the field changed at {after.start:.0f} s by {change:.3g} {unit} in the sensor: "
-                "something was attached or taken off"
-            )
+    for start, change in list_iron_changes(spans, [group.hard_iron for group in groups]):
+        yield (
+            f"the field changed at {start:.0f} s by {change:.3g} {unit} in the sensor: "
+            "something was attached or removed"
+        )

@@ -1,8 +1,10 @@
-"""Spans of one hard iron each, and which of them share one."""
+"""Spans of one hard iron each, and groups of spans that share one."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -28,7 +30,7 @@ class Span:
     start, stop
         Seconds since the first sample.
     kind
-        "informative", "still" (too little turning to tell the iron) or "disturbed".
+        "informative", "still" (too little rotation for the iron) or "disturbed".
     group
         Which of the hard irons is its own.
     """
@@ -42,6 +44,16 @@ class Span:
         """Return the places of its ticks."""
         second = ticks.number // _TICKS_PER_S
         return np.flatnonzero((second >= self.start) & (second < self.stop))
+
+
+def list_iron_changes(
+    spans: Sequence[Span], irons: Sequence[Sequence[float]]
+) -> Iterator[tuple[float, float]]:
+    """Yield start and size of each change of the hard iron, in the unit of the irons."""
+    for before, after in pairwise(span for span in spans if span.kind != "disturbed"):
+        if before.group != after.group:
+            change = np.subtract(irons[after.group], irons[before.group])
+            yield after.start, float(np.linalg.norm(change))
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +108,7 @@ def _fit_member(ticks: Ticks, spans: list[Span], which: tuple[int, ...]) -> _Mem
 
 
 def _merge_members(ticks: Ticks, spans: list[Span], members: list[_Member]) -> list[_Member]:
-    """Merge the two nearest groups until none are alike: a magnet that goes leaves the old iron."""
+    """Merge the two nearest groups until all differ: a magnet that goes leaves the old iron."""
     members = list(members)
     while len(members) > 1:
         pairs = [

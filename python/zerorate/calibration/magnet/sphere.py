@@ -11,7 +11,7 @@ from zerorate.types import Floats
 
 _ITERATIONS: Final = 10
 _MIN_DIRECTION_VARIANCE: Final = 0.10
-"""Least variance of the directions along any axis: all of them alike have a third."""
+"""Least variance of the directions along any axis: evenly spread ones have a third."""
 _MIN_RADIUS: Final = 0.3
 """Radius of a sphere that is more than the noise of one direction."""
 _MAX_SCATTER_RATIO: Final = 0.40
@@ -34,7 +34,7 @@ class Sphere:
     raw, left
         RMS of the samples' size about its mean, as they are and about the centre.
     covered
-        Whether the samples point everywhere.
+        True if the samples point everywhere.
     norm
         Median size of the samples, in their unit.
     """
@@ -49,7 +49,7 @@ class Sphere:
 
     @property
     def applied(self) -> bool:
-        """Whether it more than halves the scatter of the field's size."""
+        """True if the sphere more than halves the scatter of the field's size."""
         return self.covered and self.left < _MAX_SCATTER_RATIO * self.raw
 
 

@@ -14,7 +14,7 @@ TICK_S: Final = 0.1
 _MIN_ROTATION_RMS: Final = 0.3
 """RMS of R about its mean in a window that turns."""
 _WINDOW_TICKS: Final = 20
-"""Ticks of a window that tells the noise."""
+"""Ticks of a window for the noise."""
 
 
 @dataclass(frozen=True, eq=False)

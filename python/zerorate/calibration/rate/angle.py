@@ -31,27 +31,27 @@ _IGNORED_TERMS = ("quantization", "rate_ramp", "markov", "sinusoid")
 
 @dataclass(frozen=True, eq=False)
 class Integrated(Result):
-    """The angle that a gyro has turned by, or its orientation.
+    """Angle or orientation from an integrated rate.
 
     Attributes
     ----------
     angle : ndarray, shape (n,)
-        Of one axis, the angle since the first sample, rad; of three, the angle between the
+        For one axis, the angle since the first sample, rad; for three, the angle between the
         orientation and the first one, 0 to pi.
     quaternion : ndarray, shape (n, 4), or None
-        Of three axes: unit quaternions w, x, y, z that turn vectors of the body at that sample into
-        its axes at the first one.
+        For three axes: unit quaternions w, x, y, z that turn vectors of the body at that sample
+        into its axes at the first one.
     sigma : ndarray, shape (n,) or (n, 3), or None
-        Standard deviation of the angle, rad; of three axes, that of the rotation about each axis
-        of the body at the first sample. None if nothing was told of the noise.
+        Standard deviation of the angle, rad; for three axes, of the rotation about each axis
+        of the body at the first sample. None if no noise was given.
     bridged : ndarray of bool, shape (n,)
-        Where a sample was missing.
+        Mask of missing samples.
     rate : float
         Samples per second, Hz.
     method : str
-        As it was given.
+        The given method.
     notes : tuple of str
-        What `sigma` leaves out, and how many samples were missing.
+        Sentences on errors that `sigma` leaves out, and on missing samples.
 
     Examples
     --------
@@ -81,7 +81,7 @@ def integrate(
     rate_random_walk: npt.ArrayLike | None = None,
     bias_sigma: npt.ArrayLike | None = None,
 ) -> Integrated:
-    """Integrate an angular rate, about one axis or three, and say how far the result may be off.
+    """Integrate an angular rate, about one axis or three, and estimate the error of the result.
 
     Parameters
     ----------
@@ -90,13 +90,14 @@ def integrate(
     rate : float, optional
         Samples per second of an array, Hz. A log has its own, and its stamps count.
     method : {"coning", "trapezoid", "backward-euler"}
-        What takes a step: the rate at its end (backward Euler), the mean of both ends (trapezoid),
-        or that and, of three axes, how the axis moves in between (coning, the default). About one
-        axis the last two are the same.
+        Rate of a step: that at its end (backward Euler), the mean of both ends (trapezoid), or for
+        three axes also with the motion of the axis in between (coning, the default). About one axis
+        the last two are the same.
     unit : str, optional
         Unit of `z`. Default: a log's, else rad/s.
     noise : NoiseModel, optional
-        Of each axis, for `sigma`: N and K; bias instability counts as a bias of 0.664 B that stays.
+        Noise of each axis, for `sigma`: N and K; bias instability counts as a constant bias of
+        0.664 B.
     angle_random_walk, rate_random_walk : float or array_like, shape (3,), optional
         N in rad/s/sqrt(Hz) and K in rad/s/sqrt(s), instead of those of `noise`.
     bias_sigma : float or array_like, shape (3,), optional
@@ -111,19 +112,19 @@ def integrate(
     ------
     ValueError
         If `z` has another shape, fewer than two samples or an axis without any, or an argument is
-        not as described. LogError, a ValueError, if a log has no unit, or one of something else.
+        not as described. LogError, a ValueError, if a log has no unit, or that of another quantity.
 
     Notes
     -----
-    Without turning, `sigma` is the root of N^2 t + bias_sigma^2 t^2 + K^2 t^3/3. Of three axes the
-    errors are carried through the orientation, so that a bias about x counts for what x has
-    pointed to. It holds the noise, not what the method misses of a motion faster than the samples.
+    Without rotation, `sigma` is the root of N^2 t + bias_sigma^2 t^2 + K^2 t^3/3. For three axes
+    the errors are propagated through the orientation, so that a bias about x counts along the
+    directions of x. It includes the noise, not the method's error in a motion faster than the
+    samples.
 
     A missing sample is bridged by a line between its neighbours, or holds the nearest one at an
-    end. What that may cost is tried on the record: the same line takes the place of samples that
-    are present, wherever as many are, and the RMS of the error in the angle goes into `sigma` from
-    the gap on. Where no stretch is long enough, it is the deviation of all rates times the gap's
-    length.
+    end. The error is tested on the record: the same line replaces samples that are present,
+    wherever there are as many, and the RMS error of the angle enters `sigma` from the gap on. If no
+    stretch is long enough, the standard deviation of all rates times the gap's length is used.
 
     Coning: the step is (w0 + w1) dt/2 + (w0 x w1) dt^2/12, exact to third order for a rate that
     changes evenly: J. E. Bortz, "A new mathematical formulation for strapdown inertial
@@ -211,7 +212,7 @@ def _rate_errors(
     walk: npt.ArrayLike | None,
     bias: npt.ArrayLike | None,
 ) -> tuple[RateErrors | None, list[str]]:
-    """Return the errors of k axes, and sentences on what they leave out."""
+    """Return the errors of k axes, and sentences on omitted errors."""
     if noise is None and white is None and walk is None and bias is None:
         return None, []
     if noise is not None and noise.quantity != "angular rate":

@@ -1,4 +1,4 @@
-"""How far an integrated rate may be off: noise, bias and gaps, carried through the orientation."""
+"""Error of an integrated rate: noise, bias and gaps, propagated through the orientation."""
 
 from __future__ import annotations
 

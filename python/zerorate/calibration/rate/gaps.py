@@ -1,4 +1,4 @@
-"""Missing samples of a rate that is integrated: bridged by a line, and what that may cost."""
+"""Missing samples of an integrated rate: bridged by a line, with the error of the bridge."""
 
 from __future__ import annotations
 
@@ -99,5 +99,5 @@ class _GapTrial:
 
     def _bound_by_rates(self, length: int) -> float:
         rates = self._rates[self._present]
-        # One sample tells nothing of how fast it may have turned.
+        # One sample has no information on how fast it may have turned.
         return length**2 * float(np.var(rates)) if rates.size > 1 else math.inf

@@ -1,4 +1,4 @@
-"""Calibration of a gyro on a rate table: bias, scale, and how far its output is from a line."""
+"""Calibration of a gyro on a rate table: bias, scale, and non-linearity."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _ITERATIONS: Final = 60
 
 @dataclass(frozen=True)
 class RateTableAxis:
-    """What one axis of a gyro makes of angular rate, and how well that is known.
+    """Response of one gyro axis to angular rate, with standard errors.
 
     ``output = bias + scale w + cross w' + quadratic w^2 + cubic w^3 + asymmetry |w|``. A term that
     was not chosen is zero, not identifiable, and has a bound.
@@ -54,18 +54,18 @@ class RateTableAxis:
         Output per rate.
     cross : tuple of Coefficient
         Output per rate about each of the other axes, in their order; empty if the table turned
-        one axis alone.
+        about a single axis.
     quadratic, cubic, asymmetry : Coefficient
-        Bends of the line. The scale is ``scale + asymmetry`` of positive rates,
-        ``scale - asymmetry`` of negative ones.
+        Non-linear terms. The scale is ``scale + asymmetry`` for positive rates, ``scale -
+        asymmetry`` for negative ones.
     terms : tuple of str
-        Which of the last three were chosen.
+        Names of the chosen ones among the last three.
     chi_squared : float
-        Of the residuals, per degree of freedom; NaN where no sigma was given.
+        Chi-squared of the residuals, per degree of freedom; NaN where no sigma was given.
     degrees_of_freedom : int
-        Means less coefficients.
+        Number of means minus number of coefficients.
     nonlinearity : float
-        Largest distance of a mean from the best straight line, over what the line makes of the
+        Largest distance of a mean from the best straight line, over the line's output at the
         largest rate.
 
     Examples
@@ -92,17 +92,16 @@ class RateTableAxis:
 
 @dataclass(frozen=True, eq=False)
 class RateTable(Result):
-    """A gyro that a rate table has calibrated.
+    """Calibration of a gyro by a rate table.
 
     Parameters
     ----------
     axes : tuple of RateTableAxis
-        One, or three.
+        Axes of the gyro, one or three.
     rates, means, sigma : ndarray, shape (m, k)
-        The table: rates that were set, means of the output, and their standard errors as the fit
-        took them.
+        The table: rates, means of the output, and their standard errors in the fit.
     residuals : ndarray, shape (m, k)
-        Means less what the axes make of the rates.
+        Means minus the responses of the axes to the rates.
 
     Examples
     --------
@@ -201,19 +200,19 @@ def calibrate_rate_table(
     sigma: npt.ArrayLike | None = None,
     count: npt.ArrayLike | None = None,
 ) -> RateTable:
-    """Fit what a gyro makes of the rates of a table: bias, scale, and bends if there are any.
+    """Fit the response of a gyro to the rates of a table: bias, scale, and non-linearity if any.
 
     Parameters
     ----------
     rates : array_like, shape (m,) or (m, 3)
-        Rates that the table was set to, in any unit, each with its sign. Of three axes, the rate
-        about each axis of the body: with turns about all of them cross-axis terms are fitted, too.
+        Rates of the table, in any unit, each with its sign. For three axes, the rate about each
+        axis of the body: with rotations about all of them cross-axis terms are fitted, too.
     means : array_like, the same shape
         Mean output at each, in any unit.
     sigma : float or array_like, optional
         Standard error of each mean; with `count`, the standard deviation of a sample.
     count : int or array_like, optional
-        Samples of each mean. Alone, it says how the means weigh next to each other.
+        Samples of each mean. Alone, it gives the relative weights of the means.
 
     Returns
     -------
@@ -224,20 +223,20 @@ def calibrate_rate_table(
     ------
     ValueError
         If the shapes disagree, numbers are not finite, a sigma or count is not positive, there are
-        not more means than coefficients of a line, or all rates are alike; or if the terms bend the
+        not more means than coefficients of a line, or all rates are equal; or if the terms bend the
         line so far that it cannot be inverted.
 
     Notes
     -----
     ``output = b + S w + c2 w^2 + c3 w^3 + a |w|`` by weighted least squares. Standard errors are
     multiplied by the root of the residuals' chi-squared per degree of freedom, where that is above
-    1 or no sigma was given: it counts what the model misses.
+    1 or no sigma was given: this includes the errors of the model.
 
-    Terms are chosen by prediction. Each size of rate, both signs of it at once, is left out and
-    predicted from the others; the smallest model counts whose error is within a standard error of
-    the best one's. Each of its terms is larger than two of its own standard errors.
+    Terms are chosen by prediction. Each absolute rate, with both signs, is left out and predicted
+    from the others; the smallest model is chosen whose error is within a standard error of the best
+    one's. Each of its terms is larger than two of its own standard errors.
 
-    Rates of one sign cannot tell the asymmetry from the scale. The Earth's rate is in the bias.
+    Rates of one sign cannot separate the asymmetry from the scale. The Earth's rate is in the bias.
 
     Examples
     --------
@@ -281,7 +280,7 @@ def _standard_errors(
     sigma: npt.ArrayLike | None,
     count: npt.ArrayLike | None,
 ) -> tuple[Floats, bool]:
-    """Return standard errors of the means, shape (m, k), and whether their size is known."""
+    """Return standard errors of the means, shape (m, k), and True if their size is known."""
     deviation = _parse_positive("sigma", 1.0 if sigma is None else sigma, shape, given_shape)
     samples = _parse_positive("count", 1.0 if count is None else count, shape, given_shape)
     return deviation / np.sqrt(samples), sigma is not None
@@ -321,7 +320,7 @@ class _Table(NamedTuple):
 
 
 class _Fit(NamedTuple):
-    """Coefficients of a design, their covariance by the given sigmas, and what is left over."""
+    """Coefficients of a design, their covariance by the given sigmas, and the residuals."""
 
     values: Floats
     covariance: Floats
@@ -334,11 +333,11 @@ def _fit_axis(table: _Table, others: Booleans, sigma_known: bool) -> RateTableAx
     largest = float(np.abs(table.own).max())
     if not np.ptp(table.own) > 0.0:
         raise ArgumentError(
-            "rates", "must differ about each axis: one alone tells no scale from bias"
+            "rates", "must differ about each axis: one rate cannot separate scale and bias"
         )
     if _fit_terms(table, (), largest) is None:
         raise ValueError(
-            f"{len(table.means)} means cannot tell the {2 + table.cross.shape[1]} coefficients of "
+            f"{len(table.means)} means cannot give the {2 + table.cross.shape[1]} coefficients of "
             "a line and their errors"
         )
     terms = _choose_terms(table, largest)
@@ -392,14 +391,14 @@ def _scale_coefficients(
 
 
 def _inflation(fit: _Fit, sigma_known: bool) -> float:
-    """Return what standard errors are multiplied by."""
+    """Return the factor by which standard errors are multiplied."""
     return math.sqrt(max(fit.chi_squared, 1.0) if sigma_known else fit.chi_squared)
 
 
 def _bound_term(
     table: _Table, terms: Sequence[Term], term: Term, largest: float, sigma_known: bool
 ) -> Coefficient:
-    """Return a term that was not chosen: zero, with what it may be at most."""
+    """Return a term that was not chosen: zero, with its upper bound."""
     fit = _fit_terms(table, (*terms, term), largest)
     if fit is None:
         return UNKNOWN_COEFFICIENT
@@ -431,7 +430,7 @@ def _choose_terms(table: _Table, largest: float) -> tuple[Term, ...]:
 
 
 def _has_significant_terms(table: _Table, terms: Sequence[Term], largest: float) -> bool:
-    """Whether each term is larger than two standard errors."""
+    """Return True if each term is larger than two standard errors."""
     fit = _fit_terms(table, terms, largest)
     if fit is None:
         return False
@@ -443,7 +442,7 @@ def _has_significant_terms(table: _Table, terms: Sequence[Term], largest: float)
 def _held_out_errors(table: _Table, terms: Sequence[Term], largest: float) -> Floats | None:
     """Return the mean square of the errors, in sigmas, of each size of rate left out.
 
-    Without those at which this axis rests: no term tells there.
+    Without those at which this axis rests: there no term shows.
     """
     squares = []
     sizes = _group_by_size(table)
@@ -480,7 +479,7 @@ def _nonlinearity(table: _Table, largest: float) -> float:
 
 
 def _bend(axis: RateTableAxis, w: Floats, largest: float) -> Floats:
-    """Return what the terms add to the line, beyond the largest rate by their tangent."""
+    """Return the sum of the terms beyond the line, above the largest rate by its tangent."""
     inside = np.clip(w, -largest, largest)
     c2, c3, a = float(axis.quadratic), float(axis.cubic), float(axis.asymmetry)
     slope = 2.0 * c2 * inside + 3.0 * c3 * inside**2 + a * np.sign(inside)

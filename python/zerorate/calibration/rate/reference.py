@@ -37,29 +37,29 @@ _FULL_TURNS: Final = {"rad": 2.0 * math.pi, "deg": 360.0}
 
 @dataclass(frozen=True)
 class FittedRate(Result):
-    """What a gyro makes of the rate of a reference: ``z(t) = scale w(t - lag) + bias``.
+    """Fit of a gyro to the rate of a reference: ``z(t) = scale w(t - lag) + bias``.
 
     Attributes
     ----------
     scale : Coefficient
-        Negative where the axes point opposite ways.
+        Scale; negative if the axes point in opposite directions.
     bias : Coefficient
-        In the unit of the gyro.
+        Bias in the unit of the gyro.
     lag : Coefficient
-        Seconds by which the gyro is late.
+        Delay of the gyro, s.
     positive, negative : Coefficient
-        The scale from the windows alone in which the reference turned one way, or the other, each
-        with a bias of its own.
+        Scale from the windows in which the reference turned one way, or the other, each with its
+        own bias.
     asymmetry : Coefficient
-        Scale of positive rates less that of negative ones, with one bias.
+        Scale of positive rates minus that of negative ones, with one bias.
     residual : float
-        RMS of what is left of the angle over a window, in the unit of the gyro times seconds.
+        RMS residual of the angle over a window, in the unit of the gyro times seconds.
     step : float
-        The smallest step between values of the reference angle; NaN of a reference rate.
+        The smallest step between values of the reference angle; NaN for a reference rate.
     window : float
         Seconds.
     notes : tuple of str
-        Where the model does not hold, and what is not known.
+        Sentences on failures of the model, and on unknown quantities.
 
     Examples
     --------
@@ -107,14 +107,14 @@ def fit_rate(
         Samples per second of arrays, Hz; a log has its own.
     angle : array_like, shape (n,), or Log of one channel, optional
         True angle at the samples, of an encoder for instance, in the unit of `z` times seconds; a
-        log in deg or rad is converted, and its whole turns are put together.
+        log in deg or rad is converted and unwrapped.
     reference : array_like, shape (n,), or Log of one channel, optional
         True rate at the samples, instead of `angle`.
     window : float
-        Seconds over which angles are compared, default 1. A longer one counts less of the
-        reference's steps and of jitter between the clocks, a shorter one more of fast motion.
+        Seconds over which angles are compared, default 1. A longer window reduces the effect of the
+        reference's steps and of clock jitter, a shorter one uses more of fast motion.
     max_lag : float
-        Longest lag that is tried, both ways, s; default 0.1.
+        Largest lag to try, both ways, s; default 0.1.
 
     Returns
     -------
@@ -125,20 +125,20 @@ def fit_rate(
     ------
     ValueError
         If there is not one reference, lengths differ, or the record is too short: it needs two
-        windows for each of its ten parts. LogError, a ValueError, if logs are in units of
-        something else.
+        windows for each of its ten parts. LogError, a ValueError, if logs are in units of another
+        quantity.
 
     Notes
     -----
-    The integral of the gyro over every window of the record, by the trapezoid and the lag later,
-    is fitted to what the reference turned: windows that begin at each sample, for such that follow
-    each other may beat with a motion that repeats itself. The lag is that of the smallest residual.
+    The integral of the gyro over every window of the record, by trapezoids and later by the lag, is
+    fitted to the rotation of the reference. Windows begin at each sample, since adjacent ones may
+    beat with a periodic motion. The lag is that of the smallest residual.
 
-    Standard errors are those of ten parts of the record, each left out in turn (the jackknife): so
-    drift of the bias counts, and that neighbouring windows hold the same noise. They do not count
-    what is wrong in all parts alike, such as the steps of an encoder in a motion that repeats
-    itself exactly. So each direction is fitted alone, too, and a sentence says if its scale
-    differs by more than three standard errors.
+    Standard errors are those of ten parts of the record, each left out in turn (the jackknife).
+    They include drift of the bias, and the correlation of neighbouring windows. They do not include
+    errors that are the same in all parts, such as the steps of an encoder in an exactly periodic
+    motion. So each direction is also fitted alone, and a note is given if its scale differs by more
+    than three standard errors.
 
     Examples
     --------
@@ -208,7 +208,7 @@ def _parse_channel(name: str, channel: npt.ArrayLike | Log) -> Floats:
 def _unit_factor(
     z: npt.ArrayLike | Log, reference: npt.ArrayLike | Log, *, is_angle: bool
 ) -> float:
-    """Return what a reference is multiplied by to be in the unit of the gyro."""
+    """Return the factor from the unit of a reference to that of the gyro."""
     if (
         not isinstance(z, Log)
         or not isinstance(reference, Log)
@@ -266,7 +266,7 @@ def _integrate(rates: Floats, rate: float) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class _Windows:
-    """Windows that begin at each sample: what the reference turned by, and the gyro's integral."""
+    """Windows that begin at each sample: rotation of the reference, and the gyro's integral."""
 
     first: npt.NDArray[np.int64]
     rotation: Floats
@@ -317,7 +317,7 @@ class _Windows:
 
 
 def _total_rotation(angle: Floats, width: int) -> Floats:
-    """Return what windows turn by in both directions together, as far as their pieces tell."""
+    """Return the rotation of windows, summed over both directions, as their pieces resolve it."""
     finite, index = np.isfinite(angle), np.arange(angle.size)
     whole = np.interp(index, index[finite], angle[finite])
     edges = np.unique(np.linspace(0, width, _WINDOW_PIECES + 1).round().astype(np.int64))

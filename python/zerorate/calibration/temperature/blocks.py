@@ -23,7 +23,7 @@ _MAX_VARIANCE_RATIO: Final = 5.0
 """A window whose variance is so many times that of rest is none."""
 
 _CHUNK_SAMPLES: Final = 100_000
-"""Samples whose variances are computed at once: a long record needs no memory beside its own."""
+"""Samples whose variances are computed at once: a long record needs no additional memory."""
 
 _TINY: Final = float(np.finfo(float).tiny)
 
@@ -113,11 +113,11 @@ def _block_means(values: Floats, number: Integers, counts: Integers) -> Floats:
 
 
 def find_still_samples(rates: Floats, rate: float) -> Booleans:
-    """Return which samples are at rest, shape (n,), from rates of shape (n, k).
+    """Return the mask of samples at rest, shape (n,), from rates of shape (n, k).
 
     Those of windows of half a second in which no axis varies about a straight line with five times
-    the variance that it has at rest, nor in a window beside them. A constant turn is as quiet as a
-    rest, and taken for one.
+    the variance that it has at rest, nor in a neighbouring window. A constant turn is as quiet as a
+    rest, and counts as one.
     """
     n, size = len(rates), max(round(_WINDOW_S * rate), 8)
     count = n // size

@@ -43,7 +43,9 @@ _ARDUPILOT_REFERENCE_DEGC: Final = 35.0
 
 _ARDUPILOT_SCALE: Final = 1e6
 _AXES: Final = "XYZ"
-_FORCE_TEXT: Final = ", and to write a model without any slope, with a warning"
+_DOUBTFUL_TEXT: Final = """\
+doubtful : bool
+    Write a model without any slope, with a warning in the file; default False."""
 _NO_DEPENDENCE_TEXT: Final = "the record does not show that the bias depends on temperature"
 
 
@@ -136,13 +138,14 @@ def _decode_coefficient(axis: object, key: str) -> Coefficient:
     )
 
 
-@document_export(".params", forced=_FORCE_TEXT)
+@document_export(".params", options=_DOUBTFUL_TEXT)
 def to_px4(
     model: TemperatureModel,
     path: str | os.PathLike[str] | None = None,
     *,
     instance: int = 0,
     device_id: int | None = None,
+    doubtful: bool = False,
     force: bool = False,
 ) -> str:
     """Return the model as parameters of PX4's thermal compensation, in QGroundControl's format.
@@ -165,13 +168,13 @@ def to_px4(
     Raises
     ------
     ValueError
-        If the record does not show that the bias depends on temperature, without `force`; if the
+        If the record does not show that the bias depends on temperature, without `doubtful`; if the
         model has not three axes, or the unit of its samples is none of angular rate, or
         `instance` is none of PX4's.
     """
     if instance not in range(4):
         raise ArgumentError("instance", f"must be 0 to 3, got {instance!r}")
-    c = _per_kelvin(_convert_to_radians(model, "PX4", force))
+    c = _per_kelvin(_convert_to_radians(model, "PX4", doubtful))
     low, high = model.range
     named = [("ENABLE", "TC_G_ENABLE", 1), ("ID", f"TC_G{instance}_ID", device_id)]
     whole = [f"1\t1\t{name}\t{value}\t6" for _, name, value in named if value is not None]
@@ -191,12 +194,13 @@ def to_px4(
     return write_text("\n".join(lines) + "\n", path, force)
 
 
-@document_export(".param", forced=_FORCE_TEXT)
+@document_export(".param", options=_DOUBTFUL_TEXT)
 def to_ardupilot(
     model: TemperatureModel,
     path: str | os.PathLike[str] | None = None,
     *,
     instance: int = 1,
+    doubtful: bool = False,
     force: bool = False,
 ) -> str:
     """Return the model as parameters of ArduPilot's temperature calibration.
@@ -218,13 +222,13 @@ def to_ardupilot(
     Raises
     ------
     ValueError
-        If the record does not show that the bias depends on temperature, without `force`; if the
+        If the record does not show that the bias depends on temperature, without `doubtful`; if the
         model has not three axes, or the unit of its samples is none of angular rate, or
         `instance` is none of ArduPilot's.
     """
     if instance not in range(1, 4):
         raise ArgumentError("instance", f"must be 1 to 3, got {instance!r}")
-    converted = _convert_to_radians(model, "ArduPilot", force)
+    converted = _convert_to_radians(model, "ArduPilot", doubtful)
     c = _shift_reference(_per_kelvin(converted), _ARDUPILOT_REFERENCE_DEGC - converted.reference)
     low, high = model.range
     calibration, gyro = f"INS_TCAL{instance}", f"INS_GYR{instance}"
@@ -247,12 +251,12 @@ def to_ardupilot(
     return write_text("\n".join(lines) + "\n", path, force)
 
 
-def _convert_to_radians(model: TemperatureModel, program: str, force: bool) -> TemperatureModel:
-    if not (any(model.degrees) or force):
+def _convert_to_radians(model: TemperatureModel, program: str, doubtful: bool) -> TemperatureModel:
+    if not (any(model.degrees) or doubtful):
         raise ValueError(
             make_sentence(
                 f"{_NO_DEPENDENCE_TEXT}: record while the temperature changes by 15 K; ",
-                keyword_argument("force", "", "force=True"),
+                keyword_argument("doubtful", "", "doubtful=True"),
                 " writes the bias without a slope",
             )
         )
@@ -284,7 +288,7 @@ def _shift_reference(c: Floats, shift: float) -> Floats:
 
 
 def _range_comments(model: TemperatureModel) -> list[str]:
-    """Return what a reader of the file must know."""
+    """Return the comments that a reader of the file needs."""
     low, high = model.range
     lines = [f"# Of {low:.1f} to {high:.1f} degC; beyond, the bias at the end of that is used."]
     if not any(model.degrees):

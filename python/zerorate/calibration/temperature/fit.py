@@ -19,7 +19,7 @@ MIN_SPANS_K: Final = (1.0, 8.0, 15.0)
 """Kelvins from which a record may determine a straight line, a parabola, a cubic."""
 
 _NEIGHBOURS: Final = 6
-"""Blocks before and after one that tell whether the temperature rises."""
+"""Blocks before and after one, for the sign of the temperature's change."""
 
 _MIN_CHANGE_SHARE: Final = 0.02
 """Part of the span by which it then changes."""
@@ -39,7 +39,7 @@ _TINY: Final = float(np.finfo(float).tiny)
 
 
 class Fit(NamedTuple):
-    """What was found of one axis.
+    """Fit of one axis.
 
     Parameters
     ----------
@@ -74,12 +74,12 @@ def powers(temperature: Floats, reference: float) -> Floats:
 
 
 def fit_axes(blocks: Blocks, reference: float, max_degree: int) -> list[Fit]:
-    """Return what each axis shows.
+    """Return the fit of each axis.
 
     Notes
     -----
     Each strength of the walk makes a Kalman filter of one state, which whitens the biases and the
-    powers of the temperature alike; from their products alone follow the coefficients of every
+    powers of the temperature in the same way; from their products follow the coefficients of every
     degree, their errors, and how likely strength and degree are. Coefficients are averaged over all
     strengths by their restricted likelihood. The walk's deviation has a half-Cauchy prior (Gelman
     2006, Bayesian Analysis 1:515), flat where the record says nothing: one that is flat in its
@@ -192,7 +192,7 @@ class _WhitenedColumns:
         return np.asarray(np.maximum(left, np.maximum(_ROUNDING * largest, _TINY)))
 
     def is_regular(self, on: list[int]) -> bool:
-        """Whether columns are independent of each other."""
+        """Return True if columns are linearly independent."""
         A = self.products[:, on][:, :, on]
         scale = np.sqrt(np.diagonal(A, axis1=1, axis2=2))
         if not (scale > 0.0).all():
@@ -266,7 +266,7 @@ def _fit_axis(
 
 
 def _fit_hysteresis(both: _WhitenedColumns | None, column: int, degree: int) -> tuple[float, float]:
-    """Return by how much warming differs from cooling, and its error, infinite if none shows it."""
+    """Return the difference of warming and cooling, and its error, infinite if none shows it."""
     on = [*range(degree), MAX_DEGREE]
     if both is None or both.freedom - len(on) < _MIN_FREEDOM or not both.is_regular(on):
         return 0.0, np.inf

@@ -28,6 +28,7 @@ from zerorate.calibration.temperature.thermometer import (
 )
 from zerorate.faults import ArgumentError
 from zerorate.noise.coefficient import UNKNOWN_COEFFICIENT, Coefficient
+from zerorate.numerals import shorten
 from zerorate.record.exporting import document_restore
 from zerorate.record.log import Log, LogError
 from zerorate.record.missing import floats
@@ -43,7 +44,7 @@ _DEFAULT_REFERENCE_DEGC: Final = 25.0
 """degC, where the record has no temperature."""
 
 _MAX_TIME_CORRELATION: Final = 0.95
-"""Correlation of temperature and time from which they cannot be told apart."""
+"""Correlation of temperature and time from which they cannot be distinguished."""
 
 _MIN_BLOCKS: Final = 4
 _MAX_VALUE: Final = 1e150
@@ -52,7 +53,7 @@ _ONE_SIDED_95_Z: Final = 1.6448536269514722
 
 
 class TemperatureBias(NamedTuple):
-    """What a model predicts at a temperature.
+    """Bias that a model predicts at a temperature.
 
     Parameters
     ----------
@@ -61,7 +62,7 @@ class TemperatureBias(NamedTuple):
     sigma
         Its standard error.
     extrapolated
-        Whether the temperature is outside the range of the record, or not known.
+        True if the temperature is outside the range of the record, or not known.
 
     Examples
     --------
@@ -83,14 +84,14 @@ class TemperatureModel(Result):
     """Bias of a gyro by temperature, from a record at rest: `TemperatureModel.fit` makes one.
 
     The bias of each axis is the sum of ``c_k ((T - reference) / 10)^k`` inside the range of the
-    record; beyond it, the tangent for one span further, then what that has reached.
+    record; beyond it, the tangent for one span further, then the tangent's last value.
 
     Parameters
     ----------
     coefficients
         c_0 to c_3 of each axis, unit of the samples, shape (k, 4).
     covariance
-        Theirs, shape (k, 4, 4).
+        Their covariance, shape (k, 4, 4).
     degrees
         Degree of each axis, 0 to 3.
     reference
@@ -100,20 +101,20 @@ class TemperatureModel(Result):
     slopes
         Bias per kelvin at the reference, one an axis; not identifiable where the degree is zero.
     hystereses
-        Bias while it warms less that while it cools, at equal temperature, one an axis; unknown if
-        the record does not do both.
+        Bias during warming minus bias during cooling, at equal temperature, one an axis; unknown if
+        the record lacks either.
     time_correlation
-        Correlation of temperature and time; zero if either stands still.
+        Correlation of temperature and time; zero if either is constant.
     step
-        Kelvins by which a coarse thermometer moves; zero of a fine one.
+        Step of a coarse thermometer, K; zero for a fine one.
     names, unit
-        Of the axes, and of their samples.
+        Names of the axes, and unit of their samples.
     notes
-        What the record does not show, and what is odd about it.
+        Sentences on gaps and oddities of the record.
     blocks
-        The means that it was fitted to, or None of a model that was read from a file.
+        Means to which it was fitted, or None for a model read from a file.
     single
-        Whether it is of one axis, without an axis of axes in what it returns.
+        True for a single axis: returned arrays have no dimension for axes.
 
     Examples
     --------
@@ -250,7 +251,7 @@ class TemperatureModel(Result):
 
     @property
     def time_separable(self) -> bool:
-        """Whether temperature and time can be told apart: their correlation is 0.95 at most."""
+        """True if temperature and time can be distinguished: their correlation is 0.95 at most."""
         return abs(self.time_correlation) <= _MAX_TIME_CORRELATION
 
     @property
@@ -293,7 +294,7 @@ class TemperatureModel(Result):
         return TemperatureBias(value, sigma, extrapolated)
 
     def _rows(self, T: Floats) -> Floats:
-        """Return what the coefficients are multiplied by: powers, or their tangent."""
+        """Return the regressors of the coefficients: powers, or their tangent."""
         inside, beyond = self._parts(T)
         rows = powers(inside, self.reference)
         if beyond.any():
@@ -303,12 +304,12 @@ class TemperatureModel(Result):
         return rows
 
     def _parts(self, T: Floats) -> tuple[Floats, Floats]:
-        """Return the nearest temperature of the range, and how far the tangent goes from there."""
+        """Return the nearest temperature of the range, and the length of the tangent from there."""
         inside = np.clip(T, *self.range)
         return inside, np.clip(T - inside, -self.span, self.span)
 
     def _doubt(self, T: Floats, known: Booleans) -> Floats:
-        """Return the error of what is not in the coefficients."""
+        """Return the error that is not in the coefficients."""
         inside, beyond = self._parts(T)
         c = self.coefficients
         x = ((inside - self.reference) / KELVINS_PER_UNIT)[..., np.newaxis]
@@ -330,7 +331,7 @@ class TemperatureModel(Result):
             Output of the gyro, in the unit of the model.
         temperature : Log, or array_like of shape (n,)
             As of `fit`: missing values are held, and the steps of a coarse thermometer smoothed. If
-            all are missing, what is taken off is the bias in the middle of the range.
+            all are missing, the bias in the middle of the range is subtracted.
 
         Returns
         -------
@@ -352,7 +353,7 @@ class TemperatureModel(Result):
         T = _sample_temperatures(z, temperature, len(data), 1.0 if self.step else None).known
         if not np.isfinite(T).all():
             T = np.full(len(data), self.reference)
-        # The errors, which nobody asks for here, take longer than the bias.
+        # The errors, which are not needed here, take longer than the bias.
         cleaned = data - (self._rows(T) @ self.coefficients.T).reshape(data.shape)
         return z.with_data(cleaned) if isinstance(z, Log) else cleaned
 
@@ -387,7 +388,7 @@ class TemperatureModel(Result):
 
 
 class _Record(NamedTuple):
-    """Rates (n, k), their temperature (n,), and what is known of both.
+    """Rates (n, k), their temperature (n,), and the properties of both.
 
     Rates are in a unit of `factor`, near their largest, so that their squares are numbers.
     """
@@ -457,7 +458,7 @@ def _parse_mask(rests: npt.ArrayLike | None, n: int) -> Booleans | None:
 
 
 class _ThermometerReading(NamedTuple):
-    """Temperature of each sample, NaN without one; step of the thermometer; how many left out."""
+    """Temperature of each sample, NaN without one; step of the thermometer; number left out."""
 
     known: Floats
     step: float = 0.0
@@ -501,7 +502,7 @@ def _resample_temperature(z: Log, temperature: Log) -> _ThermometerReading:
 
 
 def _read_thermometer(time: Floats, temperature: Floats) -> _ThermometerReading:
-    """Return what a thermometer has shown, without what it cannot have, on its own clock."""
+    """Return the readings of a thermometer on its own clock, without impossible values."""
     possible, outlier_count = remove_leaps(time, mask_impossible(temperature))
     filled = hold_last(possible)
     if not np.isfinite(filled).all():
@@ -555,25 +556,28 @@ def _notes(model: TemperatureModel, blocks: Blocks, outlier_count: int) -> Seque
         notes.append("There is no temperature: the bias is that of the record, at any temperature.")
     elif model.span < MIN_SPANS_K[0]:
         notes.append(
-            f"Temperature moved by {model.span:.2g} K only: the slope is not identifiable below "
+            f"Temperature moved by {shorten(model.span)} K only: the slope is not "
+            "identifiable below "
             f"{MIN_SPANS_K[0]:g} K. Record a warm-up from cold."
         )
     if model.span >= MIN_SPANS_K[0] and not model.time_separable:
         notes.append(
             "Temperature and time went together (correlation "
-            f"{model.time_correlation:.2f}): a drift in time cannot be told from one of "
+            f"{model.time_correlation:.2f}): a drift in time cannot be distinguished from one of "
             "temperature. Let it cool down and warm up again in the same record."
         )
     if model.step > 0.0:
         notes.append(f"The thermometer moves in steps of {model.step:g} K: read between them.")
     notes += [
-        f"{name}: the bias at equal temperature differs by {hysteresis:.2g} ± "
-        f"{hysteresis.sigma:.1g} "
+        f"{name}: the bias at equal temperature differs by {shorten(hysteresis)} ± "
+        f"{shorten(hysteresis.sigma, 1)} "
         f"{model.unit} between warming and cooling: the thermometer is not at the gyro's "
         "temperature, or the gyro has a memory."
         for name, hysteresis in zip(model.names, model.hystereses, strict=True)
         if hysteresis.known and abs(hysteresis) > _SIGNIFICANT_SIGMAS * hysteresis.sigma
     ]
     if blocks.still < 0.5:
-        notes.append(f"Only {100.0 * blocks.still:.2g} % of the record is at rest and was used.")
+        notes.append(
+            f"Only {shorten(100.0 * blocks.still)} % of the record is at rest and was used."
+        )
     return notes

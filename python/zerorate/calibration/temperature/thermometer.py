@@ -28,7 +28,7 @@ _ROUNDING: Final = 1e-9
 
 
 def mask_impossible(temperature: Floats) -> Floats:
-    """Return temperatures, NaN for what no thermometer shows: 1e4 degC and more."""
+    """Return temperatures, NaN for impossible ones: 1e4 degC and more."""
     return np.where(np.abs(temperature) <= _MAX_TEMPERATURE_DEGC, temperature, np.nan)
 
 

@@ -51,7 +51,7 @@ class Bursts(NamedTuple):
 def find_bursts(stamps: Floats, rate: float | None = None) -> Bursts | None:
     """Return the bursts in which samples arrived, None unless the stamps are those of arrival.
 
-    They are if most steps are clearly shorter than the period that the count of rows tells, and if
+    They are if most steps are clearly shorter than the period by the count of rows, and if
     pauses of different length are made up for by what comes after them. A sensor that was
     switched on and off does neither. A ``rate``, Hz, that somebody has stated needs no such
     evidence.
@@ -76,7 +76,7 @@ def find_bursts(stamps: Floats, rate: float | None = None) -> Bursts | None:
 
 
 def _fits_rate(rate: float, period: float, stamps: Floats, steps: Floats) -> bool:
-    """Whether a rate is that of the count of rows, which a short log tells to its longest pause."""
+    """Return True if a rate fits the count of rows; a short log fixes it to its longest pause."""
     fits_span = abs(float(stamps[-1]) - len(steps) / rate) <= float(steps.max())
     return fits_span or abs(rate * period - 1) <= RATE_TOLERANCE
 
@@ -96,19 +96,19 @@ class _Pauses:
         self._length = self._begin[1:] - self._end[:-1]
 
     def are_caught_up(self, step: float) -> bool:
-        """Whether pauses differ, by more than a step, and leave the bursts on a line."""
+        """Return True if pauses differ by more than a step, but the bursts stay on a line."""
         spread = _interquartile_range(self._length)
         return spread > step and any(
             self._level_spread(width) < 0.5 * spread for width in _WINDOW_BURSTS
         )
 
     def _level_spread(self, width: int) -> float:
-        """Return how much the line under so many bursts rises and falls."""
+        """Return the rise and fall of the line under so many bursts."""
         level = self._end - _slope(self._end, self._last, width) * self._last
         return _interquartile_range(_level_rises(level, width))
 
     def find_lost(self) -> tuple[float, Floats]:
-        """Return the period of the samples, and how many were lost in each pause."""
+        """Return the period of the samples, and the number of lost ones in each pause."""
         lost = np.zeros(len(self._length))
         for width in (WINDOW_ROWS, LONG_WINDOW_ROWS):
             for _ in range(MAX_ROUNDS):
@@ -124,7 +124,7 @@ class _Pauses:
     def _find_corrections(
         self, before: Floats, known: Booleans, period: float, width: int
     ) -> Floats:
-        """Return how many samples too few each pause holds, those before each burst being lost."""
+        """Return the samples that each pause lacks, if those before each burst are lost."""
         low = self._end - period * (self._last + before)
         high = self._begin - period * (self._first + before)
         lift = _level_rises(low, width)
@@ -141,7 +141,7 @@ class _Pauses:
 
 
 def _level_rises(level: Floats, width: int) -> Floats:
-    """Return how far the lowest level after each pause is above the lowest before it."""
+    """Return the rise of the lowest level after each pause over the lowest before it."""
     lowest = _window_minima(level, width - 1, width)
     return lowest[width:] - lowest[: len(level) - 1]
 
@@ -153,7 +153,7 @@ def _window_minima(level: Floats, margin: int, width: int) -> Floats:
 
 
 def _find_unconfirmed(lift: Floats, new: Booleans) -> Booleans:
-    """Return which lifts too few bursts show, before the log ends or is lifted by more."""
+    """Return the mask of lifts with too few bursts before the log ends or is lifted by more."""
     unconfirmed = np.ones(len(lift), np.bool_)
     for i in np.flatnonzero(new[: len(lift) + 1 - WINDOW_ROWS]):
         ahead = slice(i + 1, i + WINDOW_ROWS)

@@ -1,10 +1,10 @@
-"""The clock of a live stream: what stamps show before later ones have come, and its revisions.
+"""The clock of a live stream: the estimate before later stamps arrive, and its revisions.
 
 The clock of a log (`zerorate.io.clocks.clock`) sees all stamps, this one those up to now. Both go
 by one rule: a sample stands one period after the one before, however late, coarse or equal their
 stamps are, unless samples were lost. Where only later stamps show which it is, this clock decides
-by what is known, and asks the functions of the log's clock once those stamps are there. If they say
-otherwise, `CausalClock.revised` holds the steps as they should have been.
+by the known state, and calls the functions of the log's clock once those stamps are there. If they
+say otherwise, `CausalClock.revised` holds the steps as they should have been.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from zerorate.types import Floats
 MAX_GAP_S: Final = 3600.0
 """Seconds that are missing at most where stamps leap: after an hour nothing more is forgotten."""
 _HISTORY_ROWS: Final = LONG_WINDOW_ROWS + WINDOW_ROWS
-"""Rows before a step that judge it, and rows after it at most."""
+"""Rows before a step that decide on it, and rows after it at most."""
 _MIN_START_ROWS: Final = 64
 _MIN_START_S: Final = 0.25
 _MAX_START_ROWS: Final = 2048
@@ -38,11 +38,11 @@ _PERIOD_TOLERANCE: Final = 1e-5
 """Part by which a period may differ from that of the rate and count as the same: no gyro's scale
 is known better."""
 _MAX_SLEW: Final = 0.02
-"""Part of a period by which steps make up for time that was told wrong."""
+"""Part of a period by which steps make up for time that was reported wrong."""
 _MIN_LONG_BLOCK_ROWS: Final = 4.0
 """Rows of a block from which on the latest stamps of blocks are compared."""
 _MAX_STEP_PERIODS: Final = 64
-"""Periods beyond which a step is judged as if it were shorter."""
+"""Periods beyond which a step counts as shorter."""
 
 
 class Step(NamedTuple):
@@ -72,7 +72,7 @@ class CausalClock:
     - Equal stamps, as of a block from a FIFO, and late ones are a period apart each.
     - Stamps that stay ahead of the count of rows: samples were lost, and are missing.
     - Stamps that step back and stay there: the clock was set, and samples go on. By more than a
-      second it began anew; how long it was off is not known: `RESTART_GAP_S` seconds are missing.
+      second it restarted; how long it was off is not known: `RESTART_GAP_S` seconds are missing.
     - The period is that of the rate stated as long as the stamps do not contradict it, else theirs.
 
     Parameters
@@ -80,14 +80,14 @@ class CausalClock:
     rate : float
         Rate stated, Hz.
     times : bool
-        Whether steps hold times; they are NaN if not.
+        True if steps hold times; they are NaN if not.
 
     Attributes
     ----------
     period : float
-        Of the stamps as known so far, s.
+        Period of the stamps to date, s.
     own : bool
-        Whether steps go by it, for the rate contradicts it.
+        True if steps follow it, since the rate contradicts it.
     revised : list of Step or None
         After `take`: the steps to the samples that were undecided, as they should have been, the
         last one among them; None where they stand.
@@ -113,7 +113,7 @@ class CausalClock:
         self._last = 0.0
         # The line through the stamps: place and time of the last row on it, how late that is.
         self._place, self._line, self._late = 0, 0.0, 0.0
-        # Times are told from a place and its time on, one sample each dt.
+        # Times are given from an index and its time on, one sample each dt.
         self._since, self._base = 0, 0.0
         self._dt: float | None = None
         self._offset: float | None = None
@@ -128,7 +128,7 @@ class CausalClock:
 
     @property
     def times(self) -> bool:
-        """Whether steps hold times."""
+        """True if steps hold times."""
         return self._times
 
     @property
@@ -172,7 +172,7 @@ class CausalClock:
         return _REGULAR_STEP if self._dt is None else Step(0, self._dt, math.nan)
 
     def sentences(self) -> Iterator[str]:
-        """Yield what was mended, and how often."""
+        """Yield the corrections, with their counts."""
         off = f"how long the clock was off is not known, {RESTART_GAP_S:g} s are taken as missing"
         lost = f"{count_noun(self.missing_count, 'sample')} taken as missing"
         for count, noun, done in (
@@ -273,7 +273,7 @@ class CausalClock:
             self.missing_count += times * missing
 
     def _has_evidence(self) -> bool:
-        """Whether enough rows have come to judge those that are undecided."""
+        """Return True if enough rows have arrived to decide on the open ones."""
         rows = len(self._open)
         if self._learning:
             return rows >= self._learning
@@ -284,13 +284,13 @@ class CausalClock:
         return self._quiet >= WINDOW_ROWS and self._is_level()
 
     def _is_level(self) -> bool:
-        """Whether the last stamps are as even as those before the doubt."""
+        """Return True if the last stamps are as even as those before the doubt."""
         before, after = self._lates[: self._mark[3]][-WINDOW_ROWS:], self._lates[-WINDOW_ROWS:]
         usual = max(before) - min(before) if before else 0.0
         return max(after) - min(after) <= usual + 0.5 * self.period
 
     def _decide(self) -> None:
-        """Decide on the open rows, and say if that revises what was told."""
+        """Decide on the open rows, and return True if that revises reported times."""
         decided = self._fit_start() if self._learning else self._decide_gaps()
         self._learning = 0
         rows, self._open = self._open, []
@@ -362,7 +362,7 @@ class CausalClock:
             missing[gaps] = max(0.0, np.rint((levels[1] - levels[0]) / self.period))
 
     def _decide_by_blocks(self) -> list[list[Any]]:
-        """Return what `_decide_gaps` does, for long blocks by their latest stamps."""
+        """Return the result of `_decide_gaps` for long blocks, by their latest stamps."""
         if any(jump < 0.0 for *_, jump in self._open):
             return [row[2:] for row in self._open]
         period, late_count = self.period, self._mark[3]
@@ -400,7 +400,7 @@ class CausalClock:
             self._follow()
 
     def _set_widths(self, spread: float) -> None:
-        """Derive how many rows show how late stamps are, and how many make a level."""
+        """Set the number of rows that show the lateness of stamps, and that make a level."""
         self._left = self._rows = max(LONG_WINDOW_ROWS, int(_BLOCKS_PER_LEVEL * self._block))
         self._width = WINDOW_ROWS if spread <= 0.5 * self.period else self._left
 
@@ -418,7 +418,7 @@ class CausalClock:
             )
 
     def _set_period(self, period: float, doubt: float) -> None:
-        """Take a period as that of the stamps, and tell by it if the rate contradicts it."""
+        """Take a period as that of the stamps, and return True if the rate contradicts it."""
         self.own = bool(abs(period * self.rate - 1.0) > max(doubt, _PERIOD_TOLERANCE))
         period = period if self.own else 1.0 / self.rate
         rows = range(len(self._lates) - 1, -1, -1)
@@ -435,7 +435,7 @@ class CausalClock:
             self._since, self._base, self._dt = self._place, time, dt
 
     def _level_lag(self, time: float) -> float:
-        """Return by how much the time as told is behind the level of the stamps, s."""
+        """Return the lag of the reported time behind the level of the stamps, s."""
         return self._levels[-1][1] - self._offset - time if self._offset is not None else 0.0
 
 

@@ -27,9 +27,9 @@ _BLOCK: Final = 1 << 16
 _BLOCK_ROWS: Final = 3
 """Rows of a block of equal stamps from which on they are compared block by block."""
 _MAX_ROUNDS: Final = 3
-"""Times that gaps and the wander of a clock are judged by each other."""
+"""Rounds in which gaps and the wander of a clock are estimated from each other."""
 MIN_RESTART_S: Final = 1.0
-"""Seconds by which a clock that steps back began anew; a network sets one by less."""
+"""Seconds by which a restarted clock steps back; a network sets one by less."""
 RESTART_GAP_S: Final = 10.0
 """Seconds taken as missing where it did, for how long it was off is not known: so long without a
 sample no heading is known."""
@@ -45,7 +45,7 @@ class _SteadyClock:
 
 
 def _fit_steady_clock(stamps: Floats, start: float) -> _SteadyClock | None:
-    """Return the clock of stamps whose place no estimate could tell better, None for others.
+    """Return the clock of stamps that no estimate could improve, None for others.
 
     The rate is the one that the estimates for other stamps come to: it is the roundest among all
     within four times their doubt, and the stamps keep to it within a quarter of that.
@@ -67,7 +67,7 @@ def _fit_steady_clock(stamps: Floats, start: float) -> _SteadyClock | None:
 
 
 def _stamp_resolution(start: float, last: float) -> float:
-    """Return what stamps tell at best, s: the first one bounds the precision of the others."""
+    """Return the resolution of stamps, s: the first one bounds the precision of the others."""
     return float(4 * np.finfo(np.float64).eps * (abs(start) + abs(last)))
 
 
@@ -180,7 +180,7 @@ def _fit_samples(stamps: Floats, steps: Floats, start: float, period: float) -> 
 
 
 def _follow_wander(fit: _Fit, stamps: Floats, start: float) -> _Fit:
-    """Return a clock that wanders with its gaps judged against itself, any other as it is."""
+    """Return a wandering clock with gaps found against itself, any other unchanged."""
     block_count = int(np.count_nonzero(np.diff(stamps) > 0.5 / fit.rate))
     block_rows = len(stamps) / max(1, block_count)
     best = _add_wander(fit, stamps, block_rows)
@@ -198,7 +198,7 @@ def _follow_wander(fit: _Fit, stamps: Floats, start: float) -> _Fit:
 
 
 def _add_wander(fit: _Fit, stamps: Floats, lump: float) -> _Fit:
-    """Return a fit with the wander of its stamps, and how far they are from its rate."""
+    """Return a fit with the wander of its stamps, and their distance from its rate."""
     # The rate is rounder than their slope, from which they deviate otherwise.
     deviation = stamps - fit.indices / fit.rate
     deviation -= np.median(deviation)
@@ -218,7 +218,7 @@ def _fit_arrivals(stamps: Floats, steps: Floats, start: float, rate: float | Non
     indices = grid_indices(arrivals.missing, even)
     own_rate, _ = fit_rate(even[arrivals.last], indices[arrivals.last], start)
     if rate is not None and len(arrivals.last) < LONG_WINDOW_ROWS:
-        own_rate = rate  # which so few bursts do not tell better
+        own_rate = rate  # which so few bursts cannot improve
     late = even - indices / own_rate
     offset = find_floor(late[arrivals.last])
     wander = find_wander(late[arrivals.last], 1.0 / own_rate, rows=arrivals.last, n=len(stamps))
@@ -275,7 +275,7 @@ def _check_period(period: float) -> float:
 def _remove_setbacks(stamps: Floats, steps: Floats, period: float) -> Floats:
     """Return the stamps with every lasting jump backward taken out.
 
-    Where the clock began anew, `RESTART_GAP_S` seconds are left.
+    Where the clock restarted, `RESTART_GAP_S` seconds are left.
     """
     jump = find_setbacks(stamps, steps, period)
     if not jump.any():
@@ -284,7 +284,7 @@ def _remove_setbacks(stamps: Floats, steps: Floats, period: float) -> Floats:
 
 
 def _leave_restart_gaps(jump: Floats, period: float) -> Floats:
-    """Return jumps backward that leave a gap where the clock began anew."""
+    """Return jumps backward that leave a gap where the clock restarted."""
     gap = min(RESTART_GAP_S, len(jump) * period)
     return np.where(jump < -MIN_RESTART_S, jump - gap, jump)
 
@@ -314,9 +314,9 @@ def _fit_period(stamps: Floats, indices: Integers) -> float:
 
 
 def fit_rate(stamps: Floats, indices: Integers, start: float = 0.0) -> tuple[float, Floats]:
-    """Return the rate, Hz, of stamps whose places are known, and how far they are from it, s.
+    """Return the rate, Hz, of stamps with known indices, and their distances from it, s.
 
-    It is the roundest one that they cannot tell from the fitted one.
+    It is the roundest one that they cannot distinguish from the fitted one.
     """
     period = _fit_period(stamps, indices)
     deviation = stamps - period * indices

@@ -1,4 +1,4 @@
-"""Stamps in whole seconds: the rows in each of them, spread by what the seconds inside tell."""
+"""Stamps in whole seconds: the rows in each of them, spread by the seconds inside."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _NEAR: Final = 0.1
 
 
 def spread(seconds: Floats, place: Integers | None = None) -> tuple[Floats, str] | None:
-    """Return when rows in whole seconds were taken, and a sentence on it; None for other stamps.
+    """Return the times of rows stamped in whole seconds, with a note; None for other stamps.
 
     ``place`` counts the rows with those that were lost, shape (n,).
     """

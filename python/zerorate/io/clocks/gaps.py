@@ -2,7 +2,7 @@
 
 A long step alone is no gap: a stamp may come late, or a logger may write an old one, and the
 next stamps make up for it. A gap is a shift of the stamps' level against a uniform clock that
-stays. So each long step is judged by the deviations from the uniform clock in a few rows before
+stays. So each long step is tested by the deviations from the uniform clock in a few rows before
 and after it.
 """
 
@@ -17,8 +17,8 @@ from zerorate.record.log import LogError
 from zerorate.types import Floats, Integers
 
 LONG_STEP_PERIODS = 1.5  # periods
-WINDOW_ROWS = 15  # rows on each side of a step that judge it
-LONG_WINDOW_ROWS = 100  # rows on each side that show whether a gap lasts
+WINDOW_ROWS = 15  # rows on each side of a step that decide on it
+LONG_WINDOW_ROWS = 100  # rows on each side that show if a gap lasts
 MAX_ROUNDS = 10
 MAX_MOVED_PART = 0.05  # part of the rows: stamps late more often than this move no rows
 MAX_GROWTH = 10  # missing samples for each one present
@@ -26,7 +26,7 @@ MAX_ROWS = 1_000_000_000
 
 
 def count_missing(stamps: Floats, period: float) -> Floats:
-    """Return how many samples are missing in each step of the stamps, shape (n - 1,).
+    """Return the number of missing samples in each step of the stamps, shape (n - 1,).
 
     Raises
     ------
@@ -38,7 +38,7 @@ def count_missing(stamps: Floats, period: float) -> Floats:
 
 
 def _count_at_long_steps(stamps: Floats, period: float) -> Floats:
-    """Return how many samples are missing in each step, shape (n - 1,)."""
+    """Return the number of missing samples in each step, shape (n - 1,)."""
     missing = np.zeros(len(stamps) - 1)
     long = np.flatnonzero(np.diff(stamps) > LONG_STEP_PERIODS * period)
     if long.size:
@@ -74,7 +74,7 @@ def _side_levels(deviation: Floats, rows: Integers, first: Integers, last: Integ
 
 
 def _correct_missing(stamps: Floats, missing: Floats, period: float) -> Floats:
-    """Return the missing samples corrected by how the stamps go on.
+    """Return the missing samples corrected by the later stamps.
 
     Around a rightly filled gap the stamps keep their level on the grid, other gaps being filled
     too; after a stall the clock makes up for, they fall back.

@@ -13,14 +13,14 @@ from zerorate.types import Floats, Integers
 
 @dataclass(frozen=True)
 class Grid:
-    """A uniform clock, and where the rows of a log stand on it.
+    """A uniform clock, and the indices of a log's rows on it.
 
     Parameters
     ----------
     rate, length
         Samples per second, Hz, and how many there are.
     report
-        What the timestamps told.
+        Report on the timestamps.
     gapped_indices
         Place of each row that is used, None where they leave no gaps.
     used_rows
@@ -63,7 +63,7 @@ class Grid:
         )
 
     def agrees_with(self, rate: float) -> bool:
-        """Whether a rate that somebody has stated is that of the stamps."""
+        """Return True if a rate that somebody has stated is that of the stamps."""
         return abs(self.report.rate / rate - 1) <= RATE_TOLERANCE
 
     def at_rate(self, rate: float | None) -> Grid:

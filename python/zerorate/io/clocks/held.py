@@ -1,8 +1,8 @@
 """Rows that repeat the one before, in a live stream: the evidence of a log, and the samples left.
 
 A log leaves such rows out where its sensor is slower for certain (`zerorate.io.clocks.repeats`),
-and its stamps do not confirm the rate stated for the rows themselves. A stream asks the same once
-as many rows have come as that takes.
+and its stamps do not confirm the rate stated for the rows themselves. A stream makes the same test
+once as many rows have come as that takes.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class HeldRows:
     period : float or None
         Rows that hold a sample; None until they are known to.
     possible : bool
-        Whether rows may hold samples of a slower sensor.
+        True if rows may hold samples of a slower sensor.
     left_out_count : int
         Rows left out.
 
@@ -109,7 +109,7 @@ class HeldRows:
         return self._take_samples(is_repeat)
 
     def sentences(self) -> Iterator[str]:
-        """Yield how many rows were left out."""
+        """Yield the number of rows that were left out."""
         if self.period is not None:
             rows, count = self._rows_rate, self.left_out_count + len(self._kept)
             yield (
@@ -123,7 +123,7 @@ class HeldRows:
 
     @classmethod
     def of_state(cls, rate: float, state: Mapping[str, Any]) -> Self:
-        """Return what `state` gave; ValueError if it is of another stream."""
+        """Return the object of a saved `state`; ValueError if it is of another stream."""
         held_rows = cls(rate)
         if vars(held_rows).keys() != state.keys() or state["rate"] != rate:
             raise ValueError("the state is that of another stream")
@@ -138,7 +138,7 @@ class HeldRows:
         return bool(last) and same and any(a == a for a in values)
 
     def _is_too_fast(self) -> bool:
-        """Whether rows come faster than at the rate stated."""
+        """Return True if rows arrive faster than the stated rate."""
         stamps = [stamp for _, stamp in self._kept]
         if any(stamp is None for stamp in stamps):
             return False

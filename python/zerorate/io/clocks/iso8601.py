@@ -32,7 +32,7 @@ _EXAMPLE: Final = "2024-05-01T12:00:00.010Z"
 
 
 def is_date(cell: str) -> bool:
-    """Whether a text is a date and time of ISO 8601, or a time that is written otherwise."""
+    """Return True if a text is a date and time of ISO 8601, or a time in another notation."""
     return _is_iso(cell) or is_written_time(cell)
 
 
@@ -43,8 +43,8 @@ def _is_iso(cell: str) -> bool:
 def parse_dates(cells: Sequence[str]) -> npt.NDArray[Any] | None:
     """Return texts as times, those of a zone in UTC, to the nanosecond; None if one is none.
 
-    All must be written alike, and tell their zone or none of them. In ISO 8601 a blank may stand
-    in place of the T. Times without a date are durations since midnight.
+    All must be written in the same way, with a zone in all of them or in none. In ISO 8601 a blank
+    may stand in place of the T. Times without a date are durations since midnight.
     """
     times = _parse_iso_dates(cells)
     return (
@@ -82,7 +82,7 @@ def _parse_fractions(rest: Sequence[str]) -> npt.NDArray[np.timedelta64]:
 
 
 def _parse_offsets(rest: Sequence[str]) -> npt.NDArray[np.timedelta64]:
-    """Return how far the zones at the end of texts are ahead of UTC."""
+    """Return the offsets from UTC of the zones at the end of texts."""
     minutes = [0 if text.endswith("Z") else _offset_minutes(text) for text in rest]
     return np.array(minutes, "timedelta64[m]")
 
@@ -95,14 +95,14 @@ def _offset_minutes(text: str) -> int:
 
 
 class Fault(NamedTuple):
-    """Where the first text stands that is not as the others, and the end of a sentence on it."""
+    """Index of the first text that differs from the others, and the end of a sentence on it."""
 
     at: int
     reason: str
 
 
 def find_fault(cells: Sequence[str]) -> Fault:
-    """Return what keeps `parse_dates` from reading some texts."""
+    """Return the first fault that keeps `parse_dates` from reading some texts."""
     zoned = _CELL[True].fullmatch(cells[0]) is not None
     if is_written_time(cells[0]) and not _is_iso(cells[0]):
         return _find_unlike_first(cells)
@@ -110,8 +110,8 @@ def find_fault(cells: Sequence[str]) -> Fault:
         if cell.strip() in MISSING:
             return Fault(index, "is missing, expected a timestamp in every row")
         if _CELL[not zoned].fullmatch(cell):
-            tells = "no time zone" if zoned else "a time zone"
-            return Fault(index, f"tells {tells}, unlike the first row")
+            has = "no time zone" if zoned else "a time zone"
+            return Fault(index, f"has {has}, unlike the first row")
         if not _CELL[zoned].fullmatch(cell):
             return Fault(index, f"is no date and time of ISO 8601 such as {_EXAMPLE}")
         if parse_dates([cell]) is None:

@@ -1,4 +1,4 @@
-"""Names of times: which columns hold timestamps, and the unit that their names tell."""
+"""Names of times: columns that hold timestamps, and the unit in their names."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ UNITS: Final = {
     "h": ("h", "hr", "hrs", "hours"),
     "days": ("days",),
 }
-"""Units of time, each with the words that tell it."""
+"""Units of time, each with the words for it."""
 
 _UNIT_OF_WORD: Final = {spelling: unit for unit, all_ in UNITS.items() for spelling in all_}
 _UNIT_NAMES: Final = (
@@ -24,7 +24,7 @@ _UNIT_NAMES: Final = (
 )  # fmt: skip
 """Names that are a unit and nothing else."""
 _SHORT: Final = ("sec", "secs", "ms", "msec", "us", "µs", "usec", "ns", "nsec")
-"""Those that are the name of a clock if the values tell so."""
+"""Names of a clock if the values agree."""
 _ORIGIN: Final = (
     r"(?:_(?:in|since|from|start|startup|begin|boot|reboot|epoch|unix|1970|since1970|utc|gps|local|tow"
     r"|abs|absolute|elapsed|fine|cal|sample|device|system|sys|host|header|txt|iso|of|day|week"
@@ -46,12 +46,12 @@ _ORIGIN_END: Final = re.compile(_ORIGIN + "$")
 
 
 def looks_like_time(name: str) -> bool:
-    """Whether a column of this name holds timestamps."""
+    """Return True if a column of this name holds timestamps."""
     return bool(_TIME_NAME.match(to_snake_case(name)))
 
 
 def may_be_time(name: str) -> bool:
-    """Whether a column of this name holds timestamps if no other does and its values rise.
+    """Return True if a column of this name, if its values rise, may hold timestamps.
 
     What stands in a unit of time in brackets may, whatever its name: ``X[s]``.
     """
@@ -59,12 +59,12 @@ def may_be_time(name: str) -> bool:
 
 
 def has_time_name(name: str) -> bool:
-    """Whether a column of this name holds timestamps, for certain or perhaps."""
+    """Return True if a column of this name holds timestamps, for certain or perhaps."""
     return looks_like_time(name) or may_be_time(name)
 
 
 def find_time_unit(name: str) -> str | None:
-    """Return the unit of timestamps that a column's name tells, None if it tells none."""
+    """Return the unit of timestamps in a column's name, None if it has none."""
     whole = to_snake_case(_REPEAT_SUFFIX.sub("", name))
     for candidate in (whole, _ORIGIN_END.sub("", whole)):
         words = candidate.split("_")

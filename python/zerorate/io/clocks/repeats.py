@@ -19,13 +19,13 @@ from zerorate.io.clocks.grid import Grid
 from zerorate.types import Booleans, Floats, Integers
 
 HEAD_ROWS: Final = 1 << 15
-"""Rows at the beginning of a log that tell whether its sensor is slower."""
+"""Rows at the beginning of a log for the test for a slower sensor."""
 MIN_ROWS_PER_SAMPLE: Final = 1 + 2 / WINDOW_ROWS
-"""Rows a sample: repeats so often that a gap of the sensor is told from them."""
+"""Rows a sample: repeats so often that they show a gap of the sensor."""
 _SPAN_CHANGES: Final = 256
 """Changes over which sensor and log keep their phase."""
 MIN_CHANGES: Final = 4 * _SPAN_CHANGES
-"""Changes that a sensor is judged by at least."""
+"""Fewest changes for a decision on a sensor."""
 _MIN_POWER_SIGMAS: Final = 10.0
 """Standard deviations by which chance does not come near the power of a clock."""
 _RUN_TOLERANCE_ROWS: Final = 1.25
@@ -39,7 +39,7 @@ _MIN_REPEAT_RATIO: Final = 10.0
 
 
 _MANY: Final = 0.125
-"""Part of the rows that repeat from which on they are told."""
+"""Share of repeating rows from which on they are reported."""
 _FEW_ROWS: Final = 16
 _EQUAL: Final = 0.02
 """Part of the numbers that a fine sensor has twice in a row, at most."""
@@ -48,7 +48,7 @@ _SHORT_RUN: Final = 3
 
 
 def find_repeats(values: Floats, before: Floats | None = None) -> Booleans:
-    """Return which rows (n, k) repeat the one before; the first is compared with one given."""
+    """Return the mask of rows (n, k) that repeat the row before; `before` precedes the first."""
     repeats = np.zeros(len(values), np.bool_)
     repeats[1:] = _are_equal(values[1:], values[:-1])
     if before is not None:
@@ -63,7 +63,7 @@ def _are_equal(rows: Floats, previous: Floats) -> Booleans:
 
 
 def find_rows_per_sample(values: Floats, indices: Integers) -> float | None:
-    """Return how many rows hold each sample, None unless the sensor is slower for certain.
+    """Return the number of rows per sample, None unless the sensor is certainly slower.
 
     ``indices`` is where the rows (n, k) stand on their own grid, shape (n,).
     """
@@ -80,7 +80,7 @@ def find_rows_per_sample(values: Floats, indices: Integers) -> float | None:
 
 
 def _is_even(first: Integers, rows_per_sample: float) -> bool:
-    """Whether runs are as long as samples are held: a pattern has its period too, but others."""
+    """Return True if runs are as long as samples are held; a pattern has other lengths."""
     off = np.abs(np.diff(first) - rows_per_sample)
     return bool((off <= max(_RUN_TOLERANCE_ROWS, rows_per_sample / 4)).mean() >= _MIN_EVEN_PART)
 
@@ -96,7 +96,8 @@ def _find_period(first: Integers) -> float | None:
     guess = (_SPAN_CHANGES - 1) / span
     # Ticks that are left out make the clock look slower.
     low, high = 0.9 * guess, min(1.3 * guess, 1 / MIN_ROWS_PER_SAMPLE)
-    # Whole rows have the same power at f and 1 - f: more runs of one row than of three tell f.
+    # Whole rows have the same power at f and 1 - f: more runs of one row than of three decide for
+    # f.
     runs = np.diff(first)
     if np.count_nonzero(runs == 1) > np.count_nonzero(runs == 3):
         low = max(low, 0.5 - 1 / span)
@@ -116,7 +117,7 @@ def _find_period(first: Integers) -> float | None:
 
 
 def _is_abrupt(values: Floats, repeats: Booleans) -> bool:
-    """Whether far more rows change by nothing at all than by the least step of each column.
+    """Return True if far more rows stay the same than change by the least step of each column.
 
     By chance no change is about as probable as one step up or one down in any of the columns.
     """
@@ -205,7 +206,7 @@ def _add_equal_samples(
     which = 1 + np.arange(len(change)) - np.repeat(np.cumsum(missing) - missing, missing)
     wanted_indices = np.rint(indices[first[change]] + which * rows_per_sample).astype(np.int64)
     rows = np.searchsorted(indices, wanted_indices)
-    # A row that the log lost, or that is of the next change, tells nothing.
+    # A row that the log lost, or that belongs to the next change, is not used.
     is_present = (rows < first[change + 1]) & (
         indices[np.minimum(rows, len(indices) - 1)] == wanted_indices
     )

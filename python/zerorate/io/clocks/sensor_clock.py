@@ -24,7 +24,7 @@ from zerorate.types import Booleans, Floats, Integers
 
 @dataclass(frozen=True)
 class Clock:
-    """The grid of some rows, the time of its first place, s, and what is known of both.
+    """The grid of some rows, the time of its first index, s, and the properties of both.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ class Clock:
 
 
 def make_clock(stamps: Stamps | None, rate: float | None, rows: int) -> Clock:
-    """Return the clock that timestamps tell, or the rate stated."""
+    """Return the clock of the timestamps, or that of the stated rate."""
     if stamps is None:
         return Clock(make_unstamped_grid(rows, check_rate(rate)), 0.0, None, rate)
     notes = (stamps.note,) if stamps.note else ()

@@ -47,7 +47,7 @@ class StampCells:
         self._rate = rate
         self._first: float | None = None
         self._last: float = 0
-        # Counts to be taken off a stamp, and how many of them are a second.
+        # Counts to subtract from a stamp, and their number a second.
         self._zero: float = 0
         self._per_second: float | None = None
         self.wrap_count = 0

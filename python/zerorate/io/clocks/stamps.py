@@ -30,7 +30,7 @@ from zerorate.record.missing import without_masks
 from zerorate.types import Booleans, Floats
 
 UnitHint = Callable[[Sequence[str]], tuple[str, str] | None]
-"""Returns which of some units another clock tells, and its name."""
+"""Returns the unit, among some, by another clock, and the name of that clock."""
 
 _BLOCK_ROWS: Final = 1 << 16
 _DATE_COUNTS_PER_SECOND: Final = {
@@ -47,21 +47,21 @@ _DATE_COUNTS_PER_SECOND: Final = {
 }
 _MAX_SPAN_S = 1e10
 WRAP_COUNTS: Final = (1 << 32, 1 << 31, 1 << 24, 1 << 16)
-"""Counts after which counters begin anew: microseconds of 32 bits after 71.6 minutes."""
+"""Counts after which counters wrap: microseconds of 32 bits after 71.6 minutes."""
 _MAX_WRAP_STEPS: Final = 1000
 """Steps by which a counter may pass over its wrap; one that was reset is further off."""
 _WRAP_DIVISOR: Final = 8
-"""Part of a wrap within which it passes over, so that a short counter is told from a reset."""
+"""Part of a wrap in which it passes, so that a short counter is distinguished from a reset."""
 DAY_S: Final = 86_400.0
 _LEAP_WINDOW_ROWS: Final = 15
-"""Rows on each side of a leap that show whether it lasts."""
+"""Rows on each side of a leap that show if it lasts."""
 _MAX_ROWS_PER_STAMP: Final = 10
 """Rows that may share a stamp for no more digits are kept."""
 
 
 @dataclass(frozen=True)
 class Stamps:
-    """Seconds since the first stamp, shape (n,), the first stamp itself, and what was assumed."""
+    """Seconds since the first stamp, shape (n,), the first stamp itself, and assumptions."""
 
     seconds: Floats
     start: float
@@ -80,13 +80,13 @@ def to_seconds(
     Dates, as text as well, and durations have a unit. That of numbers is the one that is given;
     else the name's; else that in which they are dates of this century, in steps of a minute at
     most; else the one in which the rows have the ``rate`` stated; else the only one in which they
-    have one of 0.5 Hz to 32 kHz; else the one of these that another clock tells.
+    have one of 0.5 Hz to 32 kHz; else the one of these that another clock shows.
 
     Raises
     ------
     LogError
         If a stamp is missing, is no number or date, or stands too far from the first; if they
-        are dates in a smaller unit than their name tells; or if no unit remains or several do.
+        are dates in a smaller unit than that of their name; or if no unit remains or several do.
     """
     column = convert_texts(column, name)
     notes: list[str | None] = []
@@ -214,7 +214,7 @@ def is_wrap(wrap: int, last: float, count: float, step: float) -> bool:
 def _describe_wraps(name: str, wrap: int, wraps: int) -> str:
     times, bits = "once" if wraps == 1 else f"{wraps} times", wrap.bit_length() - 1
     return (
-        f"time column '{name}' began anew at 2^{bits} {times}, as counters of {bits} bits do; it "
+        f"time column '{name}' wrapped at 2^{bits} {times}, as counters of {bits} bits do; it "
         "goes on"
     )
 
@@ -267,7 +267,7 @@ def _unwrap_midnights(seconds: Floats, name: str) -> tuple[Floats, str | None]:
         after = float(np.median(seconds[row : row + _LEAP_WINDOW_ROWS]))
         leap = float(seconds[row] - seconds[row - 1])
         if abs(after - before) < 0.9 * DAY_S or min(row, len(seconds) - row) < 3:
-            continue  # a stamp that is wild, or two
+            continue  # one or two outlying stamps
         if abs(leap + DAY_S) < 0.01 * DAY_S:
             midnights.append(row)
         elif leap > 0.0 and _has_short_steps(seconds, row):
@@ -284,7 +284,7 @@ def _unwrap_midnights(seconds: Floats, name: str) -> tuple[Floats, str | None]:
 
 
 def _has_short_steps(seconds: Floats, row: int) -> bool:
-    """Whether rows before one are closer together than minutes."""
+    """Return True if rows before one are closer together than minutes."""
     steps = np.diff(seconds[max(0, row - _LEAP_WINDOW_ROWS) : row])
     return bool(steps.size and np.median(steps) < 60.0)
 

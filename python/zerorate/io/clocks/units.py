@@ -1,4 +1,4 @@
-"""The unit of timestamps that no name tells: the one in which they are the clock of a sensor.
+"""The unit of timestamps without a name for it: the one in which they are a sensor's clock.
 
 Each possible unit is weighed by the dates that the numbers would be, by a rate that somebody has
 stated, and by the rate that the rows would have. Where two units remain, both are named.
@@ -60,7 +60,7 @@ than 120 Hz, those that count tenths of a millisecond no slower than 4 Hz in pra
 
 
 class Unit(NamedTuple):
-    """Counts a second, the Unix time of zero, s, and a sentence on how it was found, if any."""
+    """Counts a second, the Unix time of zero, s, and a sentence on its origin, if any."""
 
     per_second: float
     epoch: float = 0.0
@@ -92,7 +92,7 @@ def check_time_unit(unit: str | None) -> str | None:
 
 def find_date_unit(name: str, first: float, since: Counts) -> tuple[str, Unit] | None:
     """Return the unit in which the stamps are dates of this century, None if there is none."""
-    # Of three stamps one may be wild.
+    # Of three stamps one may be an outlier.
     median_count = first + sorted(float(since[i]) for i in (0, len(since) // 2, -1))[1]
     for unit in _DECIMAL_UNITS:
         if DATE_RANGE_S[0] <= median_count / PER_SECOND[unit] < DATE_RANGE_S[1]:
@@ -122,7 +122,7 @@ def find_rate_unit(name: str, step: float, rate: float) -> Unit | None:
     """Return the unit in which rows so many counts apart have the rate stated, None for none."""
     for unit in _DECIMAL_UNITS:
         if abs(step * rate / PER_SECOND[unit] - 1) < _RATE_TOLERANCE:
-            note = f"time column '{name}' read as {unit}, judged by the rate stated"
+            note = f"time column '{name}' read as {unit}, by the rate stated"
             return Unit(PER_SECOND[unit], 0.0, None if unit == "s" else note)
     return None
 
@@ -142,7 +142,7 @@ def find_unit(
     step
         Counts from one row to the next.
     unit_hint
-        Returns which of some units another clock in the table tells, and the name of that.
+        Returns the unit, among some, by another clock in the table, and the name of that.
 
     Raises
     ------
@@ -161,11 +161,11 @@ def find_unit(
     if units == ["s"] == _with_sensible_rate(step):
         return Unit(1.0)
     if len(units) == 1:
-        note = f"{prefix} {units[0]}, judged by its step: {_format_rate(units[0], step)}"
+        note = f"{prefix} {units[0]}, by its step: {_format_rate(units[0], step)}"
         return Unit(PER_SECOND[units[0]], 0.0, note)
     if units and unit_hint is not None and (hint := unit_hint(units)) is not None:
         unit, other = hint
-        return Unit(PER_SECOND[unit], 0.0, f"{prefix} {unit}, as column '{other}' tells")
+        return Unit(PER_SECOND[unit], 0.0, f"{prefix} {unit}, as column '{other}' shows")
     raise _make_unit_error(name, units, step)
 
 

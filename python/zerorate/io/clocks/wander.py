@@ -1,9 +1,9 @@
-"""Wander: clocks whose rate changes, so that no even clock is right, told from late stamps.
+"""Wander: clocks whose rate changes, so that no even clock is right, as opposed to late stamps.
 
 A host stamps a steady sensor late now and then; its stamps come back to the line. A clock that ran
-at another rate does not. So what is judged is the level of the stamps over many rows, where
-lateness evens out: the levels of a steady clock differ by chance, those of one that wanders differ
-little from one to the next and much over the log.
+at another rate does not. So the test uses the level of the stamps over many rows, where lateness
+evens out: the levels of a steady clock differ by chance, those of one that wanders differ little
+from one to the next and much over the log.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Times as people and programs write them: ``01-May-2024 12:00:00.000``, ``5/1/2024 1:02 PM``.
 
-A date whose day and month cannot be told apart counts for nothing: the time of day alone is read.
+A date whose day and month cannot be distinguished is ignored: the time of day alone is read.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _DAY_NS: Final = 86_400 * 10**9
 
 _HALF_DAY_S: Final = 43_200.0
 _MAX_PROBED: Final = 10_000
-"""Numbers that tell nearly any count from times of day, for little of what all would cost."""
+"""Numbers that distinguish nearly any count from times of day, at a fraction of the cost."""
 _PACKED_PER_SECOND: Final = (1, 1_000, 1_000_000)
 """Counts a second of hours, minutes and seconds written as one number: HHMMSS, HHMMSSmmm."""
 
@@ -60,7 +60,7 @@ class _TimeParts(NamedTuple):
 
 
 def is_written_time(cell: str) -> bool:
-    """Whether a text is a time of day, maybe after a date."""
+    """Return True if a text is a time of day, maybe after a date."""
     parts = _split_time(cell)
     return parts is not None and _time_of_day_ns(parts) is not None
 
@@ -71,7 +71,7 @@ def _split_time(cell: str) -> _TimeParts | None:
 
 
 def parse_written_times(cells: Sequence[str]) -> npt.NDArray[Any] | None:
-    """Return texts as dates, or as durations since midnight where they tell no date for certain.
+    """Return texts as dates, or as durations since midnight if their date is uncertain.
 
     None if one is no time, or not written like the first one.
     """
@@ -167,8 +167,9 @@ def _parse_day(parts: Sequence[str], month_first: bool) -> int | None:
 def unpack_times(numbers: npt.NDArray[Any]) -> npt.NDArray[np.float64] | None:
     """Return the seconds of day of numbers such as 120059990, None where they are no such times.
 
-    ``HHMMSS`` with decimals, ``HHMMSSmmm`` and microseconds are told from a count by what they do
-    at a full minute: they leap by forty seconds there, and no number has a 60 where seconds stand.
+    ``HHMMSS`` with decimals, ``HHMMSSmmm`` and microseconds are distinguished from a count by what
+    they do at a full minute: they leap by forty seconds there, and no number has a 60 where seconds
+    stand.
     """
     probed = numbers[:: max(1, len(numbers) // _MAX_PROBED)]
     for per_second in map(float, _PACKED_PER_SECOND):
@@ -180,7 +181,7 @@ def unpack_times(numbers: npt.NDArray[Any]) -> npt.NDArray[np.float64] | None:
 
 
 def _spans_minutes(numbers: npt.NDArray[Any], per_second: float) -> bool:
-    """Whether numbers are within a day, and not all of one minute."""
+    """Return True if numbers are within a day, and not all of one minute."""
     smallest, largest = float(numbers.min()), float(numbers.max())
     minute = 100.0 * per_second
     return 0.0 <= smallest <= largest < 2_400.0 * minute and smallest // minute < largest // minute

@@ -1,7 +1,7 @@
 """Packets that devices send: bytes of a serial line, a socket or Bluetooth as rows of samples.
 
-A form is a file with a decoder and the names of its columns, which tell sensors and units; all else
-takes its rows as lines of text. To add one, write such a file and name it in `PACKETS`.
+A protocol is a file with a decoder and the names of its columns, which show sensors and units; all
+else takes its rows as lines of text. To add one, write such a file and name it in `PACKETS`.
 """
 
 from zerorate.io.packets import phone, witmotion, xio, xsens

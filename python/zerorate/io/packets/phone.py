@@ -1,4 +1,4 @@
-"""JSON of phones: SensorServer's events by WebSocket, and what Sensor Logger pushes.
+"""JSON of phones: SensorServer's events by WebSocket, and Sensor Logger's pushes.
 
 SensorServer sends an event a message, ``{"type": "android.sensor.gyroscope", "timestamp": …,
 "values": [x, y, z]}``; Sensor Logger many in one, ``{"payload": [{"name": "gyroscope", "time": …,

@@ -1,4 +1,4 @@
-"""What a form of packets is: bytes in, rows of numbers out, and what is damaged told."""
+"""Protocol of packets: bytes in, rows of numbers out, and reports of damage."""
 
 from __future__ import annotations
 
@@ -37,21 +37,21 @@ class Decoder(Protocol):
     """Takes bytes as they come, in pieces of any size."""
 
     def feed(self, raw: bytes) -> Iterator[Row | Damage]:
-        """Yield the samples that are complete with these bytes, and what is damaged."""
+        """Yield the samples that are complete with these bytes, and damage."""
 
 
 @dataclass(frozen=True)
 class PacketProtocol:
-    """A form of packets, as a maker's devices send them.
+    """A protocol of packets, as a maker's devices send them.
 
     Attributes
     ----------
     name : str
-        What ``--form`` calls it.
+        Its name for ``--form``.
     meaning : str
-        Whose devices send it.
+        Devices that send it.
     columns : tuple of str
-        Names of the cells of a row, which tell the sensors and their units.
+        Names of the cells of a row, which show the sensors and their units.
     decoder : callable
         Returns a new decoder.
     counter : str, optional
@@ -61,7 +61,7 @@ class PacketProtocol:
     notify : str, optional
         The characteristic by which Bluetooth devices send it.
     lines : bool
-        Whether a line's end ends a message.
+        True if a line's end ends a message.
 
     Examples
     --------
@@ -91,7 +91,7 @@ def name_axes(*sensors: str) -> tuple[str, ...]:
 class Buffer:
     """Bytes that wait for the rest of their packet, and a count of those that belong to none.
 
-    What comes before the first packet is not told: a device is often joined in the middle of one.
+    Bytes before the first packet are not reported: a device is often joined in the middle of one.
     """
 
     max_bytes: int
@@ -115,7 +115,7 @@ class Buffer:
         self._skipped += count
 
     def report_damage(self, reason: str) -> Iterator[Damage]:
-        """Yield what there is to tell of the bytes between the last two packets."""
+        """Yield the damage in the bytes between the last two packets."""
         count, self._lost = self._lost, 0
         if count:
             are = "a byte is" if count == 1 else f"{count} bytes are"

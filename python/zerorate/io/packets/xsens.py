@@ -15,7 +15,7 @@ from zerorate.io.packets.protocol import NO_TRIAD, Buffer, Damage, PacketProtoco
 _START: Final = b"\xfa\xff"
 _MTDATA2: Final = 0x36
 _EXTENDED_LENGTH: Final = 0xFF
-"""A length that is told by the next two bytes."""
+"""A length that is given by the next two bytes."""
 _MAX_DATA_BYTES: Final = 2048 + 7
 
 _PACKET_COUNTER: Final = 0x1020

@@ -25,7 +25,7 @@ _AXES: Final = "xyz"
 _TIME_FIELDS: Final = {"SampleUS": "us", "TimeUS": "us", "TimeMS": "ms"}
 """Fields with the time, that of the sample rather than that of its writing, and their units."""
 _INSTANCE_FIELDS: Final = ("I", "C")
-"""Fields that tell sensors, and the cores of an estimator, apart."""
+"""Fields that distinguish sensors, and the cores of an estimator."""
 _ANGLE_FIELDS: Final = ("Roll", "Pitch", "Yaw")
 _MAX_INSTANCES: Final = 16
 _NUMBERED_KIND: Final = re.compile(r"(IMU|IMT|MAG|GPS|ACC|GYR)\d")
@@ -159,7 +159,7 @@ def _quaternions(message: Message) -> Floats:
 
 
 class _Sensor(NamedTuple):
-    """Fields that messages of a sensor have, and what makes columns of them."""
+    """Fields of a sensor's messages, and the functions that make columns of them."""
 
     needs: tuple[str, ...]
     columns: Callable[[Message], _Columns]
@@ -192,7 +192,7 @@ _ESTIMATES: Final = ("ATT", "XKF1", "NKF1")
 
 
 def _kind(name: str) -> str:
-    """Return what kind of sensor messages are of: IMU2 and IMU3 are as IMU."""
+    """Return the kind of sensor of messages: IMU2 and IMU3 are as IMU."""
     return name[:3] if _NUMBERED_KIND.fullmatch(name) or name in ("XKQ1", "NKQ1") else name
 
 
@@ -201,7 +201,7 @@ def _rank(name: str) -> int:
 
 
 def _vector(message: Message, field: str, name: str, default: float = 1.0) -> _Columns:
-    """Return the axes that messages have, times what they say or the factor of their firmware."""
+    """Return the axes of messages, times their factor or that of their firmware."""
     columns: _Columns = {}
     for axis in _AXES:
         key = f"{field}{axis.upper()}"
@@ -242,7 +242,7 @@ def _make_table(name: str, message: Message, meta: Metadata) -> Table:
     if _kind(message.name) in _ESTIMATES:
         notes = (
             *notes,
-            f"the attitude {name} is the autopilot's own estimate, no reference to judge by",
+            f"the attitude {name} is the autopilot's own estimate, not a reference",
         )
     axes = FORWARD_RIGHT_DOWN if is_known else None
     own_meta = Metadata(
@@ -256,7 +256,7 @@ def _all_columns(message: Message) -> _Columns:
 
 
 def _find_time(message: Message) -> str | None:
-    """Return the field with the times: those of the samples, where a driver tells them."""
+    """Return the field with the times: those of the samples, if a driver gives them."""
     present = [name for name in _TIME_FIELDS if name in message]
     if present[:1] == ["SampleUS"] and not message["SampleUS"].all():
         present = present[1:]

@@ -1,4 +1,4 @@
-"""Arrays by name, or a single one, as a table: what NumPy files, HDF5, MAT and dicts hold."""
+"""Arrays by name, or a single one, as a table: for NumPy files, HDF5, MAT and dicts."""
 
 from __future__ import annotations
 
@@ -38,7 +38,8 @@ def from_array(array: LazyArray) -> Table:
 
 def from_arrays(arrays: Mapping[str, LazyArray]) -> Table:
     """Return the table of arrays by name, its rate, unit, names and sensor among them."""
-    # An array of them tells the rows of several sensors apart; a column may be called like a rate.
+    # An array of them distinguishes the rows of several sensors; a column may be called like a
+    # rate.
     rows = {n for n, array in arrays.items() if n == "sensor" and math.prod(array.shape) > 1}
     rows |= {n for n, array in arrays.items() if n in _RATE_NAMES and not _is_number(array)}
     meta = find_metadata({n: array for n, array in arrays.items() if n not in rows})
@@ -173,7 +174,7 @@ def _raise_length_error(arrays: Sequence[tuple[str, LazyArray]]) -> NoReturn:
 
 
 def find_metadata(arrays: Mapping[str, LazyArray]) -> Metadata:
-    """Return what the scalars among some arrays say."""
+    """Return the metadata in the scalars among some arrays."""
     rate_name = next((name for name in ("rate", *_RATE_NAMES) if name in arrays), "rate")
     rate = _find_scalar(arrays, rate_name, "fiu")
     unit = _find_scalar(arrays, "unit", "U")

@@ -29,7 +29,7 @@ _Chunks = Any
 
 
 def import_pyarrow(what: str) -> Any:  # noqa: ANN401
-    """Return the module pyarrow, or say what needs it."""
+    """Return the module pyarrow, or raise an error that names its user."""
     try:
         import pyarrow
         import pyarrow.ipc

@@ -1,6 +1,6 @@
 """Videos and flight recorders that telemetry-parser reads: GoPro, Sony, Betaflight and others.
 
-Where packets of samples tell their own clock, raw values are taken with their scale, unit and
+If packets of samples have their own clock, raw values are read with their scale, unit and
 temperature, each sensor on its clock; else what telemetry-parser makes of them, in its common axes.
 """
 
@@ -80,7 +80,7 @@ def _make_table(names: tuple[str, ...], columns: Sequence[Column], meta: Metadat
 
 
 class Sensor(NamedTuple):
-    """What is read of a sensor: names of columns, the first of times, and these."""
+    """Data of one sensor: names of columns, the first of times, and these."""
 
     sensor: str
     names: tuple[str, ...]
@@ -90,7 +90,7 @@ class Sensor(NamedTuple):
 
 
 class CameraContent(NamedTuple):
-    """A camera, its sensors, and what else its file holds."""
+    """A camera, its sensors, and the rest of its file."""
 
     camera: str
     sensors: list[Sensor]
@@ -192,7 +192,7 @@ def _are_triads(rows: object) -> bool:
 
 
 def _interpolate_times(begins: Column, ticks: Floats, count: int) -> Column:
-    """Return times of samples, us, between the packets that tell theirs, and after the last."""
+    """Return times of samples, us, between the packets with a time, and after the last."""
     rate = (begins[-1] - begins[0]) / (ticks[-1] - ticks[0]) if ticks[-1] > ticks[0] else 0.0
     if not rate > 0.0:
         raise ValueError("the clock of the packets does not go on")
@@ -202,7 +202,7 @@ def _interpolate_times(begins: Column, ticks: Floats, count: int) -> Column:
 
 
 def _find_orientation(packet: _Group) -> tuple[list[tuple[int, int]], str, str]:
-    """Return the channel and sign of each axis, what axes these are, and a note."""
+    """Return the channel and sign of each axis, their description, and a note."""
     orientation = packet.get("Orientation")
     if isinstance(orientation, str) and sorted(orientation.lower()) == ["x", "y", "z"]:
         order = [
@@ -219,11 +219,11 @@ def _find_orientation(packet: _Group) -> tuple[list[tuple[int, int]], str, str]:
         order = [(channels.index(axis), 1) for axis in "xyz"]
         note = f"the channels are {match[0][1:-1]}, of which x, y, z are made"
         return order, "right or left, forward or back, up", note
-    return [(0, 1), (1, 1), (2, 1)], "those of the channels", "nothing tells where the axes point"
+    return [(0, 1), (1, 1), (2, 1)], "those of the channels", "the axes' directions are unknown"
 
 
 def _read_common(rows: Sequence[Mapping[str, Any]]) -> Iterator[Sensor]:
-    """Yield the sensors in what telemetry-parser makes of any camera, by its clock."""
+    """Yield the sensors of any camera as telemetry-parser reads them, by its clock."""
     times = np.array([row["timestamp_ms"] for row in rows], np.float64)
     for key, name in _COMMON_COLUMNS.items():
         is_present = [row.get(key) is not None for row in rows]

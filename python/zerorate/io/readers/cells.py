@@ -1,4 +1,4 @@
-"""Cells of text tables: how a line is taken apart into them, and which of them are numbers.
+"""Cells of text tables: splitting of lines, and detection of numbers.
 
 A cell never spans lines. Quotes belong to the table only where they enclose a whole cell; in a line
 in which some do not, all are ordinary characters.
@@ -27,7 +27,7 @@ _FORMULA: Final = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")
 
 
 def make_inert(text: str) -> str:
-    """Return a text as a cell that no spreadsheet takes for a formula, by an apostrophe before it.
+    """Return a text as a cell that no spreadsheet reads as a formula, by an apostrophe before it.
 
     The characters are those that OWASP names under "CSV Injection".
     """
@@ -47,7 +47,7 @@ def split_cells(line: str, delimiter: str | None) -> list[str]:
 
 
 def has_stray_quotes(line: str, delimiter: str | None) -> bool:
-    """Whether a line has a quote that does not belong to a pair around a whole cell."""
+    """Return True if a line has a quote that does not belong to a pair around a whole cell."""
     return '"' in line and _unquote(line.rstrip("\r\n"), delimiter) is None
 
 
@@ -63,17 +63,17 @@ def _unquote(line: str, delimiter: str | None) -> list[str] | None:
 
 
 def is_comment(line: str) -> bool:
-    """Whether a line is a remark."""
+    """Return True if a line is a remark."""
     return line.lstrip(" \t").startswith(("#", "%", "//"))
 
 
 def is_blank(line: str, delimiter: str | None) -> bool:
-    """Whether a line holds no cells, rather than empty ones between tabs."""
+    """Return True if a line holds no cells, rather than empty ones between tabs."""
     return not (line.strip(" \r\n") if delimiter == "\t" else line.strip())
 
 
 def is_number(cell: str, decimal_comma: bool) -> bool:
-    """Whether a cell is written as a number."""
+    """Return True if a cell is written as a number."""
     return _NUMBER.fullmatch(_to_decimal_point(cell, decimal_comma)) is not None
 
 

@@ -2,7 +2,7 @@
 
 A message ``FMT`` declares each kind of messages, its fields by a letter each; ``FMTU``, ``UNIT``
 and ``MULT`` add their units, where the firmware is newer. The binary form is walked once, in Rust,
-and a field of all rows is taken out when it is asked for. See
+and a field of all rows is extracted on request. See
 https://ardupilot.org/dev/docs/code-overview-adding-a-new-log-message.html.
 """
 
@@ -60,7 +60,7 @@ _NUMBER_BYTES: Final = b"0123456789+-.eE, \tnaifNAIF\r"
 
 @dataclass(frozen=True)
 class Message:
-    """Rows of one kind of messages, each field read when it is asked for.
+    """Rows of one kind of messages, each field read on request.
 
     ``letters`` has one of each name in ``names``. ``multipliers`` make values of some fields ones
     of a unit without prefix, where the log says so: 1e-3 for milligauss.
@@ -75,7 +75,7 @@ class Message:
     selected_rows: Integers | None = None
 
     def __contains__(self, name: object) -> bool:
-        """Whether there is a field of a name."""
+        """Return True if there is a field of a name."""
         return name in self.names
 
     def __getitem__(self, name: str) -> Column:
@@ -104,7 +104,7 @@ class Message:
 
 @dataclass
 class DataFlash:
-    """Messages of a log by name, and what of it could not be read.
+    """Messages of a log by name, and its unreadable parts.
 
     ``lost_count`` and ``cut_count`` are damaged bytes, and those of a message that the log ends
     within; for a text they are lines, as ``counted_unit`` says.
@@ -150,7 +150,7 @@ def _map_file(path: Path) -> Column:
 def _make_message(
     path: Path, name: bytes, letters: bytes, columns: bytes, places: Column
 ) -> Message | None:
-    """Return the messages that a declaration tells of; None for letters that are not known."""
+    """Return the messages of a declaration; None for letters that are not known."""
     names = tuple(_decode_ascii(columns).split(","))
     kinds = _decode_ascii(letters)
     if len(set(names)) < len(names) or len(names) != len(kinds) or not set(kinds) <= set(_DTYPES):
@@ -253,7 +253,7 @@ def _is_sound(line: bytes, commas: int) -> bool:
 
 
 def _add_multipliers(log: DataFlash, numbers: Mapping[int, str]) -> None:
-    """Tell the messages of a log what their fields are multiplied by, as far as it says so."""
+    """Set the factors of the messages' fields, as far as the log states them."""
     factor_message, unit_message = log.messages.get("MULT"), log.messages.get("FMTU")
     if factor_message is None or unit_message is None:
         return

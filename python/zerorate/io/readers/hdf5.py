@@ -42,7 +42,7 @@ def _read_content(path: Path, called: str, matlab: bool) -> Content:
 
 
 def _entry_name(entry: dict[str, Any]) -> str:
-    """Return the name of an entry, with the suffix of the unit that an attribute tells."""
+    """Return the name of an entry, with the suffix of the unit of an attribute."""
     unit = entry.get("unit")
     return (
         entry["name"] if unit is None else add_unit_suffix(entry["name"], canonical_spelling(unit))
@@ -52,7 +52,7 @@ def _entry_name(entry: dict[str, Any]) -> str:
 def _make_array(
     path: Path, entry: dict[str, Any], read: Iterator[Column], matlab: bool
 ) -> LazyArray:
-    """Return an entry of the listing: one that was read, or one to read when it is asked for."""
+    """Return an entry of the listing: one that was read, or one to read on request."""
     if entry["key"] is None:
         return LazyArray.of(next(read))
 

@@ -35,7 +35,7 @@ _CPU_LIMIT_CODE: Final = -int(getattr(signal, "SIGXCPU", 0))
 
 
 def run_isolated(work: str, path: Path, *arguments: Any) -> tuple[Any, list[Column]]:  # noqa: ANN401
-    """Return what a function of `isolated_worker` tells of a file, and its arrays.
+    """Return the answer of a function of `isolated_worker` on a file, and its arrays.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def run_isolated(work: str, path: Path, *arguments: Any) -> tuple[Any, list[Colu
         answer, arrays = _worker.answer(json.dumps(request).encode() + b"\n", seconds)
     if "error" in answer:
         raise _make_error(**answer)
-    return answer["told"], arrays
+    return answer["result"], arrays
 
 
 class _WorkerProcess:
@@ -90,7 +90,7 @@ class _WorkerProcess:
         raise ValueError(f"it ended the process that read it, with code {code}")
 
     def _get_process(self) -> tuple[subprocess.Popen[bytes], bool]:
-        """Return the process, and whether it is a new one."""
+        """Return the process, and True if it is a new one."""
         if self._process is not None and self._process.poll() is None:
             return self._process, False
         self.end()
@@ -155,7 +155,7 @@ def _start_process() -> subprocess.Popen[bytes]:
 def _exchange(
     process: subprocess.Popen[bytes], request: bytes
 ) -> tuple[dict[str, Any], list[Column]]:
-    """Return what a process answers; EOFError if it ends."""
+    """Return the answer of a process; EOFError if it ends."""
     assert process.stdin is not None
     assert isinstance(process.stdout, BufferedReader)
     try:

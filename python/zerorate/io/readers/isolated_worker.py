@@ -28,7 +28,7 @@ _Answer = tuple[Any, list[_Array]]
 
 
 class Refused(Exception):
-    """What is refused in a sentence that needs no more words."""
+    """Refusal in a sentence that needs no more words."""
 
 
 def main(requests: IO[bytes], answers: IO[bytes]) -> None:
@@ -41,7 +41,7 @@ def main(requests: IO[bytes], answers: IO[bytes]) -> None:
         _apply_limits(request["seconds"], request["bytes"])
         try:
             result, arrays = work(*request["arguments"])
-            answer = {"told": result, "arrays": [(a.dtype.str, a.shape) for a in arrays]}
+            answer = {"result": result, "arrays": [(a.dtype.str, a.shape) for a in arrays]}
         except Exception as error:  # what damaged bytes raise has no common base
             answer, arrays = _describe_error(error), []
             answer["harmed"] = compiled and not isinstance(error, Refused)
@@ -108,10 +108,10 @@ def _join_cells(value: _Array) -> _Array:
 
 
 def hdf5_listing(path: str, texts: Collection[str], matlab: bool) -> _Answer:
-    """Return what an HDF5 file holds, and the arrays among it that are small and read already.
+    """Return the contents of an HDF5 file, with its small arrays already read.
 
     Each entry has a name, the key and the field by which `hdf5_values` reads it (None where it is
-    read), shape, type, and a unit where one is told.
+    read), shape, type, and a unit where one is stated.
     """
     import h5py
 
@@ -157,7 +157,7 @@ _Entry = tuple[dict[str, Any], _Array | None]
 def _list_entries(
     key: str | bytes, node: _Node, texts: Collection[str], matlab: bool
 ) -> Iterator[_Entry]:
-    """Yield what a group or data set at some path in the file holds."""
+    """Yield the entries of a group or data set at a path in the file."""
     name = str(key)  # one that is no text comes as bytes
     if name.startswith("#"):
         return
@@ -242,7 +242,7 @@ def bag_columns(path: str, topic: str, wanted: list[int]) -> _Answer:
 
 
 def camera_sensors(path: str) -> _Answer:
-    """Return what telemetry-parser finds in a file: the camera, its sensors, and what else."""
+    """Return the contents of a file by telemetry-parser: the camera, its sensors, and the rest."""
     from zerorate.io.readers import camera
 
     content = camera.find_sensors(Path(path))
@@ -262,7 +262,7 @@ _FUNCTIONS: Final[dict[str, tuple[Callable[..., _Answer], str, bool]]] = {
     "bag_columns": (bag_columns, "zerorate.io.readers.ros", False),
     "camera_sensors": (camera_sensors, "zerorate.io.readers.camera", True),
 }
-"""Functions by name, the module that each needs, and whether damage may spoil its memory."""
+"""Functions by name, the module that each needs, and a flag if damage may spoil its memory."""
 
 
 if __name__ == "__main__":

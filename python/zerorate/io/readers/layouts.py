@@ -34,16 +34,16 @@ META_MARK: Final = "zerorate"
 _HEAD_BYTES: Final = 1 << 17
 _LINE: Final = re.compile(rb"[^\r\n]*(?:\r\n|\n|\r|\Z)")
 _SEP: Final = re.compile(r'"?sep=(.)"?[,;\t]*', re.IGNORECASE)
-_RATE: Final = re.compile(
+STATED_RATE: Final = re.compile(
     r"(?:rate|frequency|odr)\W{0,6}([0-9.]+) ?Hz|\bat ([0-9.]+) ?Hz", re.IGNORECASE
 )
 _TIME_UNIT_WORDS: Final = {spelling for spellings in UNITS.values() for spelling in spellings}
 _EMPTY_CELLS: Final = ("", "-")
 """What stands for no value in a row, and for none in a line of units."""
 _MAX_HEAD_LINES: Final = 400
-"""Lines that tell how many cells a row has."""
+"""Number of lines that show the width of a row."""
 _MAX_COMMA_ROWS: Final = 50
-"""Rows that tell whether numbers have a decimal comma."""
+"""Number of rows for the test for a decimal comma."""
 
 
 _REMEDY: Final = (
@@ -53,7 +53,7 @@ _REMEDY: Final = (
 
 
 class Line(NamedTuple):
-    """A line of the file, counted from 1, and where it begins."""
+    """A line of the file, counted from 1, and its offset."""
 
     number: int
     offset: int
@@ -61,7 +61,7 @@ class Line(NamedTuple):
 
     @property
     def comment(self) -> bool:
-        """Whether it is a remark."""
+        """True if the line is a remark."""
         return is_comment(self.text)
 
 
@@ -98,7 +98,7 @@ def find_layout(raw: bytes, names: tuple[str, ...] | None = None) -> tuple[Layou
         column_names, at = _find_header(cells, body, at)
         if column_names is None and all(cell in MISSING or is_value(cell) for cell in cells[at]):
             notes = (_begun(body[at]),)
-        # A space below the names is not what stands among the rows when a device is started anew.
+        # A space below the names is not what stands among the rows when a device is restarted.
         header = body[at].text if any(cells[at]) else None
     column_names = column_names and _mark_empty_times(column_names, cells[at_row:])
     layout = Layout(
@@ -116,7 +116,7 @@ def find_layout(raw: bytes, names: tuple[str, ...] | None = None) -> tuple[Layou
 
 
 def _begins_within(cells: list[list[str]]) -> bool:
-    """Whether a file begins within a row that stands above the names."""
+    """Return True if a file begins within a row, above the line of names."""
     if len(cells) < 3 or not len(cells[0]) == len(cells[1]) == len(cells[2]):
         return False
     named = not any(is_value(cell) for cell in cells[1]) and all(cells[1])
@@ -159,7 +159,7 @@ def _find_sample_row(body: Sequence[Line]) -> Line:
 
 
 def delimiter_of(line: str) -> str | None:
-    """Return what separates the cells of a line, None for blanks."""
+    """Return the delimiter of the cells of a line, None for blanks."""
     line = re.sub(r'"[^"]*"', "", line)
     for mark in (";", "\t", ",", "|"):
         if mark in line:
@@ -174,7 +174,7 @@ def _has_decimal_comma(rows: list[list[str]]) -> bool:
 
 
 def _find_first_row(cells: list[list[str]], decimal_comma: bool) -> int:
-    """Return which line is the first row: the second where none is plainly one."""
+    """Return the index of the first row: the second line where none is plainly one."""
     values = [sum(1 for cell in row if is_value(cell, decimal_comma)) for row in cells]
     # A line above the rows may have a number in it, but not as many.
     has_value = [2 * count >= max(values[len(values) // 2], 1) and count > 0 for count in values]
@@ -208,7 +208,7 @@ def _find_first_gappy_row(cells: list[list[str]], at: int, decimal_comma: bool) 
 
 
 def _is_header(row: list[str], following: list[str], decimal_comma: bool) -> bool:
-    """Whether a line with numbers in it names columns: where it has words, the next has numbers."""
+    """Return True if a line names columns: where it has words, the next has numbers."""
     return any(
         cell not in MISSING and not is_value(cell, decimal_comma) and is_value(below, decimal_comma)
         for cell, below in zip(row, following, strict=True)
@@ -262,7 +262,7 @@ def _mark_empty_times(names: tuple[str, ...], rows: list[list[str]]) -> tuple[st
 
 
 def _is_header_part(cells: list[str], below: list[str], lines: Sequence[Line]) -> bool:
-    """Whether a line above a header is a part of it, not of a preamble."""
+    """Return True if a line above a header is a part of it, not of a preamble."""
     if lines[0].number != lines[1].number - 1 or (any(map(is_value, cells)) and cells[0]):
         return _is_block(cells)
     is_known = any(parse_name(f"{cell} x").kind for cell in cells if cell)
@@ -270,12 +270,12 @@ def _is_header_part(cells: list[str], below: list[str], lines: Sequence[Line]) -
 
 
 def _is_padded(cells: list[str]) -> bool:
-    """Whether a line of a preamble has delimiters behind it, as many as a row."""
+    """Return True if a line of a preamble has delimiters behind it, as many as a row."""
     return not any(cells[1:]) and not parse_name(f"{cells[0]} x").kind
 
 
 def _is_block(cells: list[str]) -> bool:
-    """Whether a line names blocks of columns: mostly empty cells, the filled ones apart."""
+    """Return True if a line names blocks of columns: mostly empty cells, the filled ones apart."""
     return 4 * sum(1 for cell in cells if cell) < len(cells)
 
 
@@ -293,15 +293,14 @@ def _describe_width(cells: list[str], row: list[str], line: int, row_line: int) 
     if len(row) == 2 * len(cells) and all(parse_whole(cell) is not None for cell in row):
         return (
             f"{sentence} {len(row)} whole numbers: they are written with a decimal comma, "
-            "which cannot "
-            "be told from the commas between cells; write semicolons between cells, or decimal "
-            "points"
+            "which cannot be distinguished from the commas between cells; write semicolons "
+            "between cells, or decimal points"
         )
     return f"{sentence} {len(row)} cells{_REMEDY}"
 
 
 def _are_units(cells: list[str]) -> bool:
-    """Whether a line of a header holds units: in brackets, or known ones where not empty."""
+    """Return True if a line of a header holds units: in brackets, or known ones."""
     filled = [cell for cell in cells if cell]
     bracketed = all(re.fullmatch(r"[\[(].*[\])]", cell) for cell in filled)
     return bool(filled) and (bracketed or 2 * sum(map(_is_unit, filled)) >= len(filled))
@@ -318,7 +317,7 @@ def _add_unit(name: str, cell: str) -> str:
 
 
 def _merge_names(rows: list[list[str]]) -> list[str]:
-    """Return one line of names from several: what stands above belongs to the cells to its right.
+    """Return one line of names from several: a cell above belongs to the cells to its right.
 
     Where that leaves names that repeat, the line on top names each repetition.
     """
@@ -335,7 +334,7 @@ def _merge_names(rows: list[list[str]]) -> list[str]:
 
 
 def _fill_cells(cells: list[str]) -> list[str]:
-    """Return cells with empty ones taking what stands to their left."""
+    """Return cells with empty ones filled from their left neighbour."""
     last = ""
     return [last := cell or last for cell in cells]
 
@@ -375,7 +374,7 @@ def _find_metadata(lines: Sequence[Line], first: Line) -> Metadata:
             return _parse_metadata(text)
     rates = {
         float(match[1] or match[2])
-        for match in (_RATE.search(line.text.replace(",", " ")) for line in above)
+        for match in (STATED_RATE.search(line.text.replace(",", " ")) for line in above)
         if match is not None
     }
     return Metadata(rate=rates.pop() if len(rates) == 1 else None)

@@ -1,4 +1,4 @@
-"""Arrays in files: known by shape and type, and read when they are asked for."""
+"""Arrays in files: known by shape and type, and read on request."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from zerorate.io.table import Column
 
 @dataclass(frozen=True)
 class LazyArray:
-    """An array that is read when it is asked for."""
+    """An array that is read on request."""
 
     shape: tuple[int, ...]
     dtype: np.dtype[Any]

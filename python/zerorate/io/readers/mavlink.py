@@ -36,7 +36,7 @@ _AXES: Final = "xyz"
 
 
 class _MessageKind(NamedTuple):
-    """A kind of message: its number, the layout's byte, its fields, and what columns they make."""
+    """A kind of message: its number, the layout's byte, its fields, and its columns."""
 
     number: int
     crc_extra: int
@@ -164,7 +164,7 @@ _KINDS: Final = {
 """Messages that are read. Fields that a message may have beyond these are not."""
 _BY_NUMBER: Final = {kind.number: name for name, kind in _KINDS.items()}
 _EQUIVALENT_TOPICS: Final = ("RAW_IMU", "SCALED_IMU")
-"""The same sensor, told twice."""
+"""The same sensor in two messages."""
 _STAMP_COLUMNS: Final = {"time_usec": "timestamp_us", "time_boot_ms": "timestamp_ms"}
 
 
@@ -238,7 +238,7 @@ def _find_frames(raw: bytes) -> tuple[dict[tuple[int, int], list[tuple[int, int,
 
 
 def _find_end(raw: bytes, begin: int) -> int:
-    """Return where a packet ends, 0 where none begins."""
+    """Return the end of a packet, 0 where none begins."""
     if begin + _V2_HEAD_BYTES > len(raw):
         return 0
     if raw[begin] == _V1:
@@ -287,7 +287,7 @@ def _make_table(topic: str, kind: _MessageKind, rows: _Rows, notes: tuple[str, .
     }
     names = tuple(getters)
     if topic.startswith("ATTITUDE"):
-        notes = (*notes, "the attitude is the autopilot's own estimate, no reference to judge by")
+        notes = (*notes, "the attitude is the autopilot's own estimate, not a reference")
     meta = Metadata(sensor=topic, axes=FORWARD_RIGHT_DOWN, notes=notes)
 
     def load(wanted: Sequence[int]) -> list[Column]:

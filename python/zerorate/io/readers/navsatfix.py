@@ -16,7 +16,7 @@ from zerorate.record.log import LogError
 
 
 def looks_like_json(head: bytes) -> bool:
-    """Whether a file begins as JSON does."""
+    """Return True if a file begins as JSON does."""
     return head.removeprefix(b"\xef\xbb\xbf").lstrip().startswith((b"{", b"["))
 
 
@@ -72,7 +72,7 @@ def _parse_lines(text: str) -> tuple[list[Mapping[str, Any]], tuple[str, ...]]:
 
 
 def _flatten(message: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, object]]:
-    """Yield what a message holds by names such as ``header.stamp.secs``."""
+    """Yield the values of a message by names such as ``header.stamp.secs``."""
     for key, value in message.items():
         name = f"{prefix}{key}"
         if isinstance(value, dict):

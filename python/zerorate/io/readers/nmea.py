@@ -41,7 +41,7 @@ _COLUMNS: Final = (
 
 
 def looks_like_nmea(head: bytes) -> bool:
-    """Whether the beginning of a file has a sentence of NMEA 0183 on one of its lines."""
+    """Return True if the beginning of a file has a sentence of NMEA 0183 on one of its lines."""
     return _ANY_SENTENCE.search(head) is not None
 
 
@@ -51,7 +51,7 @@ def _read(path: Path) -> Content:
         raise LogError("no line has an NMEA sentence such as $GNGGA, expected those of a receiver")
     reading = _SentenceCollector()
     sentences = [match[0].rstrip() for match in _SENTENCE.finditer(raw)]
-    # Where the receiver writes none at all, nothing tells a sentence that is cut off.
+    # If the receiver writes none at all, a truncated sentence cannot be detected.
     has_checksums = any(b"*" in sentence for sentence in sentences)
     for sentence in sentences:
         reading.take(sentence, has_checksums)
@@ -65,7 +65,7 @@ FORMAT: Final = Format(
 
 @dataclass
 class _Epoch:
-    """What the sentences of one moment tell: the time of the day, s, and by ``values`` the rest."""
+    """Sentences of one moment: the time of the day, s, and by ``values`` the rest."""
 
     seconds: float
     day: int | None = None
@@ -95,7 +95,7 @@ class _SentenceCollector:
         }
 
     def take(self, sentence: bytes, has_checksums: bool) -> None:
-        """Add what one sentence tells; a damaged one is counted."""
+        """Add the data of one sentence; a damaged one is counted."""
         content, _, checksum = sentence.partition(b"*")
         if has_checksums and not _is_checksum_right(content, checksum):
             self.checksum_error_count += 1
@@ -175,7 +175,7 @@ def _take_date(epoch: _Epoch, message: Any) -> None:  # noqa: ANN401
 
 
 def _velocity(speed: float, course: float) -> dict[str, float]:
-    """Return north and east, m/s; receivers that stand tell a speed of zero without a course."""
+    """Return north and east, m/s; a receiver at rest reports zero speed without a course."""
     if math.isnan(course):
         if speed != 0.0:
             return {}
@@ -240,7 +240,7 @@ def _make_table(reading: _SentenceCollector) -> Table:
     dated = _assign_days(reading.epochs)
     with_fix = [epoch for epoch in reading.epochs if _has_fix(epoch)]
     if not with_fix:
-        reasons = ", ".join(_describe_faults(reading)) or "no sentence GGA or RMC tells a position"
+        reasons = ", ".join(_describe_faults(reading)) or "no sentence GGA or RMC has a position"
         raise LogError(f"there is no fix: {reasons}")
     _check_days(with_fix)
     without = sum(1 for epoch in reading.epochs if epoch.is_void and not _has_fix(epoch))
@@ -288,6 +288,6 @@ def _list_notes(
     if without:
         yield f"left out: {without} moment{'' if without == 1 else 's'} without a fix"
     if any(epoch.lacks_geoid for epoch in with_fix):
-        yield "heights are above mean sea level: the receiver does not tell that of the geoid"
+        yield "heights are above mean sea level: the receiver does not give the geoid's height"
     if not dated:
-        yield "no sentence RMC or ZDA tells the date: times are seconds since the first midnight"
+        yield "no sentence RMC or ZDA has the date: times are seconds since the first midnight"

@@ -1,4 +1,4 @@
-"""NumPy's files: one array, or several by name of which only those asked for are read."""
+"""NumPy's files: one array, or several by name, of which only requested ones are read."""
 
 from __future__ import annotations
 

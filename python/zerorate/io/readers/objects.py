@@ -31,7 +31,7 @@ _WIDE_DTYPES = {"f": np.float64, "i": np.int64, "u": np.uint64, "b": np.bool_}
 def from_pandas(frame: _Frame) -> Table:
     """Return the table of a pandas DataFrame, with an index of times as its time column.
 
-    Its ``attrs`` may tell the rate, the unit and the sensor.
+    Its ``attrs`` may state the rate, the unit and the sensor.
     """
     series = [frame.iloc[:, i] for i in range(frame.shape[1])]
     names = [_join_label(label) for label in frame.columns]
@@ -42,7 +42,7 @@ def from_pandas(frame: _Frame) -> Table:
         series, names = [frame.index, *series], [str(frame.index.name or "time"), *names]
     counts = type(frame.index).__name__ == "RangeIndex" or frame.index.dtype.kind not in "fiu"
     if not has_time_index and not counts:
-        # Whether it is the clock is told by its values.
+        # Its values show if it is the clock.
         series, names = [*series, frame.index], [*names, str(frame.index.name or "index")]
     has_names = any(isinstance(label, (str, tuple)) for label in frame.columns)
     return Table(
@@ -178,7 +178,7 @@ def _make_array(name: str, values: Any) -> Column:  # noqa: ANN401
 
 
 def _fill_masked(array: Column) -> Column:
-    """Return the array with what is masked as NaN; a structured one as columns of its fields."""
+    """Return the array with masked values as NaN; a structured one as columns of its fields."""
     if array.dtype.names is None or not isinstance(array, np.ma.MaskedArray):
         return without_masks(array)
     fields = {name: without_masks(array[name]) for name in array.dtype.names}

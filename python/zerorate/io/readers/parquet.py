@@ -71,7 +71,7 @@ def _value_bytes(field: Any) -> int:  # noqa: ANN401
 
 
 def _find_positions(listed: Sequence[str], wanted: Sequence[int]) -> tuple[list[str], list[int]]:
-    """Return the names to read, and where the columns then are: all of one name are read."""
+    """Return the names to read, and their columns' positions: all of one name are read."""
     names = list(dict.fromkeys(listed[i] for i in wanted))
     read = [i for name in names for i, own in enumerate(listed) if own == name]
     return names, [read.index(i) for i in wanted]
@@ -123,7 +123,7 @@ class RowGroupWriter:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *fault: object) -> None:
-        """Write what waits, unless something went wrong, and close the file."""
+        """Write the pending rows, unless something went wrong, and close the file."""
         try:
             if kind is None and self._pending:
                 self._write_group()
@@ -148,7 +148,7 @@ class RowGroupWriter:
         # A group is a page of each column, the same whatever the pieces: they need not be joined.
         arrays = [self._arrow.chunked_array(map(to_arrow, parts)) for parts in pending]
         self._pending, self._rows = [], 0
-        # Where nothing can be missing (NaN is a number) no row is asked whether it is.
+        # If nothing can be missing (NaN is a number) no row is tested for it.
         fields = [
             self._arrow.field(name, array.type, nullable=False)
             for name, array in zip(self._names, arrays, strict=True)

@@ -35,7 +35,7 @@ _LINE_END: Final = re.compile(rb"\r\n|\r|\n")
 _TIME_OF_DAY: Final = re.compile(r"\d{1,4}[-/.:]\w+[-/.:]\d.*")
 _LINE: Final = re.compile(rb"[^\r\n]*(?:\r\n|\n|\r)|[^\r\n]+\Z")
 _BEFORE: Final = 50
-"""Lines before the last one that tell how many decimals it has."""
+"""Lines before the last one that show its number of decimals."""
 _TAIL: Final = 1 << 16
 _FEW: Final = 0.1
 """Part of the lines that are torn at most, where they are to be left out."""
@@ -49,7 +49,7 @@ _Kinds = list[type[np.float64] | type[np.int64] | type[np.str_]]
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the rows begin (byte offset, lines before it) and how a row is read.
+    """Layout of a text: start of the rows (byte offset, lines before it) and form of a row.
 
     ``delimiter`` is None for any run of blanks; ``first_row`` holds the cells of the first row.
     A line that repeats the ``header`` is no row.
@@ -75,7 +75,7 @@ def decode_text(raw: bytes) -> str:
 
 
 def is_value(cell: str, decimal_comma: bool = False) -> bool:
-    """Whether a cell holds a number or a time, not a name."""
+    """Return True if a cell holds a number or a time, not a name."""
     return is_number(cell, decimal_comma) or is_date(cell) or bool(_TIME_OF_DAY.fullmatch(cell))
 
 
@@ -189,7 +189,7 @@ def _is_stray(line: str, delimiter: str | None) -> bool:
 
 
 def _find_kinds(layout: Layout, wanted: list[int]) -> _Kinds:
-    """Return what columns hold, by their first row: numbers, or the text of dates."""
+    """Return the kinds of columns by their first row: numbers, or the text of dates."""
     return [_find_kind(layout.first_row[i]) for i in wanted]
 
 
@@ -258,7 +258,7 @@ def _plain_rows(raw: bytes, layout: Layout) -> bytes:
 
 
 def _count_headers(raw: bytes, layout: Layout) -> int:
-    """Return how often the header stands among the rows, as where a device was started anew."""
+    """Return the count of headers among the rows, as where a device was started again."""
     if not layout.header:
         return 0
     # Latin-1 is what `decode_text` falls back to.

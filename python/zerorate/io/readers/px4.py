@@ -15,6 +15,7 @@ from zerorate.faults import keyword_argument, make_sentence
 from zerorate.io.readers.topics import choose_topic, has_gyro
 from zerorate.io.readers.ulog import Topic, ULog, parse_log
 from zerorate.io.table import Column, Content, Metadata, Table
+from zerorate.numerals import shorten
 from zerorate.record.log import FORWARD_RIGHT_DOWN
 
 _Fields = Mapping[str, Column]
@@ -55,7 +56,7 @@ def _find_calibration(log: ULog) -> dict[str, float] | None:
 def _note_topics(
     tables: dict[str, Table], topics: Mapping[str, Topic], measured: Sequence[str]
 ) -> dict[str, Table]:
-    """Return the tables with what is to be said of each: the same device, faster samples."""
+    """Return the tables with notes on each: the same device, faster samples."""
     devices: dict[int, str] = {}
     noted = dict(tables)
     for name in measured:
@@ -139,7 +140,7 @@ def _fixes(fields: _Fields) -> _Columns:
 
 
 def _make_vector_reader(field: str, name: str) -> Callable[[_Fields], _Columns]:
-    """Return what reads three axes, and the temperature of their sensor where it is told."""
+    """Return a reader of three axes, and of their sensor's temperature where it is logged."""
 
     def columns(fields: _Fields) -> _Columns:
         values = _vector(fields, field, name)
@@ -196,7 +197,7 @@ _FIFO_SAMPLES: Final = 32
 _TRUTH_TOPIC: Final = "vehicle_attitude_groundtruth"
 _ESTIMATE_TOPIC: Final = "vehicle_attitude"
 _ESTIMATE_NOTE: Final = (
-    "the attitude vehicle_attitude is the autopilot's own estimate, no reference to judge by"
+    "the attitude vehicle_attitude is the autopilot's own estimate, not a reference"
 )
 _DERIVED_TOPICS: Final = (
     "vehicle_angular_velocity",
@@ -223,7 +224,7 @@ def _vector(fields: _Fields, field: str, name: str) -> _Columns:
 
 
 def _stamps(fields: _Fields) -> Column:
-    # Published a little later than sampled: 0 where the driver does not tell the sample's time.
+    # Published a little later than sampled: 0 if the driver does not give the sample's time.
     stamps = fields.get("timestamp_sample")
     if stamps is None or not stamps.all():
         stamps = fields["timestamp"]
@@ -274,6 +275,7 @@ def _describe_faults(log: ULog, size: int) -> tuple[str, ...]:
     if log.dropouts:
         plural = "" if log.dropouts == 1 else "s"
         notes.append(
-            f"{log.dropouts} dropout{plural} of the logger, {1e-3 * log.dropped_ms:.3g} s in all"
+            f"{log.dropouts} dropout{plural} of the logger, {shorten(1e-3 * log.dropped_ms, 3)} s "
+            "in all"
         )
     return tuple(notes)

@@ -42,7 +42,7 @@ _ROW_DTYPE = np.dtype(
 
 
 def read(path: Path) -> Content:
-    """Return a table of each topic whose messages are ``sensor_msgs/Imu`` or tell of a sensor."""
+    """Return a table of each topic whose messages are ``sensor_msgs/Imu`` or have a sensor."""
     if find_spec("rosbags") is None:
         raise ImportError(describe_missing_extra("rosbags", "ros", "a ROS recording"))
     infos, _ = run_isolated("bag_topics", path)
@@ -89,7 +89,7 @@ def _make_table(path: Path, info: Mapping[str, Any]) -> Table:
 def list_topics(path: Path) -> list[dict[str, Any]]:
     """Return the topics of a recording that hold messages of a sensor, those of `_IMU_TYPE` first.
 
-    Each has its type, whether there is a gyro in it, and the names of its columns, None for
+    Each has its type, a flag for a gyro in it, and the names of its columns, None for
     `_IMU_TYPE`. This and `read_columns` run in a process of its own: chunks may swell when they are
     unpacked.
     """
@@ -114,7 +114,7 @@ def list_topics(path: Path) -> list[dict[str, Any]]:
 
 
 def _absent(path: Path, topic: str) -> list[str]:
-    """Return which half of a topic's messages is marked as absent, or zero in all of them."""
+    """Return the half of a topic's messages that is marked as absent, or zero in all of them."""
     with _open_reader(path) as reader:
         on_topic = [c for c in reader.connections if c.topic == topic and _is_imu(c)]
         decoded, seen = _decoder_of(path), [False, False]
@@ -128,7 +128,7 @@ def _absent(path: Path, topic: str) -> list[str]:
 
 
 def read_columns(path: Path, topic: str, wanted: Sequence[int]) -> list[Column]:
-    """Return the stamps, ns, and the values of a topic's messages, those of them asked for."""
+    """Return the stamps, ns, and the requested values of a topic's messages."""
     with _open_reader(path) as reader:
         on_topic = [c for c in reader.connections if c.topic == topic]
         if not any(map(_is_imu, on_topic)):
@@ -163,7 +163,7 @@ def _choose_topic(gyros: list[str], topics: list[str], what: str, topic: str | N
         raise LogError(
             f"no topic holds {_IMU_TYPE}, expected the messages of a gyro, or others with "
             "fields that "
-            "tell, such as angular_velocity"
+            "show a sensor, such as angular_velocity"
         )
     if len(gyros) > 1:
         raise LogError(

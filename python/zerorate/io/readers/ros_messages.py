@@ -1,4 +1,4 @@
-"""Messages of ROS of any type whose fields tell what they are: their numbers as columns.
+"""Messages of ROS of any type with meaningful names of fields: their numbers as columns.
 
 A type is known by the definition that a recording has of it. This runs where `ros` reads: in a
 process of its own.
@@ -31,7 +31,7 @@ _FIX_COLUMNS: Final = {
 }
 """Columns of a fix, as its definition has them."""
 _SENSOR_HINT: Final = re.compile(r"(?i)gyr|ang|rate|omega|rot|lat|acc|mag|imu|\b[wg]_?[xyz]\b")
-"""What stands in the definition of a type that may tell of a sensor; others are not parsed."""
+"""Words in the definition of a type that may have a sensor; others are not parsed."""
 _MAX_DEPTH: Final = 6
 _MAX_FIELDS: Final = 256
 """Fields that are looked at."""
@@ -40,7 +40,7 @@ _MAX_ARRAY_NUMBERS: Final = 36
 
 
 class MessagePlan(NamedTuple):
-    """Where the numbers of a type of messages stand.
+    """Positions of the numbers in a type of messages.
 
     ``stamp`` leads to the time of a header; it is None where there is none, and the time is that of
     reception.
@@ -52,7 +52,7 @@ class MessagePlan(NamedTuple):
 
     @property
     def has_gyro(self) -> bool:
-        """Whether any of the numbers is of a gyro."""
+        """True if any of the numbers is of a gyro."""
         return any(map(looks_like_gyro, self.names))
 
 

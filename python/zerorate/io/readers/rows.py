@@ -51,7 +51,7 @@ _SENTENCES: Final = {
 _AXES: Final = 3
 _FEW_ROWS: Final = 2
 _LINES: Final = 60
-"""Lines that tell how a text is made."""
+"""Number of lines that show the structure of a text."""
 _SENSOR_WORDS: Final = {"sensor", "type", "message", "name", "label", "kind", "channel", "stream"}
 _INSTANCE_WORDS: Final = {
     "i",
@@ -66,7 +66,7 @@ _INSTANCE_WORDS: Final = {
     "unit",
     "sensor",
 }
-"""Words that the name of a column consists of which tells sensors apart."""
+"""Words in the name of a column that distinguishes sensors."""
 _MAX_INSTANCES: Final = 16
 _MIN_TURN_PART: Final = 0.2
 """Part of the rows that follow one of another sensor, at least, where sensors take turns."""
@@ -75,11 +75,13 @@ _MIN_TURN_PART: Final = 0.2
 def make_content(tables: Mapping[str, Table]) -> Content:
     """Return the content of tables by the names of their sensors, the first gyro's being chosen."""
 
-    def topic(asked: str | None) -> str:
-        if asked is not None:
-            if asked not in tables:
-                raise LogError(f"there is no topic '{asked}'; it has: {', '.join(tables)}", "topic")
-            return asked
+    def topic(wanted: str | None) -> str:
+        if wanted is not None:
+            if wanted not in tables:
+                raise LogError(
+                    f"there is no topic '{wanted}'; it has: {', '.join(tables)}", "topic"
+                )
+            return wanted
         return next((name for name, table in tables.items() if _has_kind(table, "gyro")), first)
 
     first = next(iter(tables))
@@ -122,7 +124,7 @@ def split_messages(raw: bytes) -> Content | None:
 def labelled(raw: bytes) -> Content | None:
     """Return the rows of a text in which a cell, always the same, has the word of a sensor.
 
-    Their columns are named by a header, else the clock and the three axes are told by the values.
+    Their columns are named by a header, else the clock and the three axes are found by the values.
     """
     lines = first_lines(raw, _LINES)
     body = [line for line in lines if re.search(r"\d", line.text)]
@@ -166,7 +168,7 @@ def labelled(raw: bytes) -> Content | None:
 
 
 def _words_of_sensors(cells: list[str]) -> bool:
-    """Whether cells have few words, and that of a sensor among them."""
+    """Return True if cells have few words, and that of a sensor among them."""
     words = set(cells)
     texts = all(re.match(r"[$<\[]?[A-Za-z]", cell) and not is_value(cell) for cell in words)
     return texts and len(words) <= _MAX_INSTANCES and any(map(_kind_of, words))
@@ -232,7 +234,7 @@ def _parse_formats(formats: list[bytes]) -> dict[str, str]:
 
 
 def _make_message_table(raw: bytes, names: list[str], label: str) -> Table | None:
-    """Return the table of a message; None if its rows are not what the names are of."""
+    """Return the table of a message; None if its rows do not match the names."""
     layout, _ = find_layout(raw)
     if len(names) != layout.width:
         return None
@@ -241,7 +243,7 @@ def _make_message_table(raw: bytes, names: list[str], label: str) -> Table | Non
 
 
 def split_by_label(table: Table) -> Content | None:
-    """Return the sensors of a table whose column of texts says of which one a row is."""
+    """Return the sensors of a table with a column of texts that names the sensor of each row."""
     if table.names is None or table.labels is None or _has_kind(table, *_KINDS):
         return None
     axes = [i for i, name in enumerate(table.names) if parse_name(name).kind == ""]
@@ -266,7 +268,7 @@ def _rename_axes(table: Table, axes: list[int], label: str) -> Table:
 
 
 def split_by_instance(table: Table) -> Content | None:
-    """Return the sensors of a table whose column of small numbers tells them apart."""
+    """Return the sensors of a table, distinguished by its column of small numbers."""
     parts = _split_instances(table, "") if _has_kind(table, *_KINDS) else {}
     return make_content(parts) if len(parts) > 1 else None
 
@@ -281,8 +283,8 @@ def _split_instances(table: Table, label: str) -> dict[str, Table]:
     parts = {name: tables[name] for name in sorted(tables, key=_natural_key)}
     others = ", ".join([*parts][1:])
     note = make_sentence(
-        f"column '{names[column]}' tells {len(parts)} sensors apart, of which {next(iter(parts))} "
-        "is the first; ",
+        f"column '{names[column]}' distinguishes {len(parts)} sensors, the first of which is "
+        f"{next(iter(parts))}; ",
         keyword_argument("topic"),
         f" reads another: {others}",
     )
@@ -292,7 +294,7 @@ def _split_instances(table: Table, label: str) -> dict[str, Table]:
 
 
 def _is_instance_column(table: Table, index: int, name: str) -> bool:
-    """Whether a column of this name holds the numbers of sensors that take turns."""
+    """Return True if a column of this name holds the numbers of sensors that alternate."""
     words = set(words_of(name))
     if not words or not words <= _INSTANCE_WORDS:
         return False

@@ -59,7 +59,7 @@ _UNSUPPORTED: Final = {
 
 
 def looks_like_rtklib(head: bytes) -> bool:
-    """Whether the beginning of a file has the header or a row of a solution."""
+    """Return True if the beginning of a file has the header or a row of a solution."""
     return _SOLUTION_START.search(head) is not None
 
 
@@ -159,8 +159,8 @@ def _parse_times(rows: Sequence[tuple[str, ...]]) -> Column:
 def _list_notes(lines: Sequence[str], scale: str) -> Iterator[str]:
     head = [line for line in lines if line.startswith("%")]
     if not any(_HEADER.match(line) for line in head):
-        yield "there is no header: the columns are taken for those of RTKLIB's default, in GPS time"
+        yield "there is no header: the columns are assumed to be RTKLIB's default, in GPS time"
     if any("/geodetic" in line for line in head):
-        yield "heights are above the geoid, as RTKLIB was told to write them"
+        yield "heights are above the geoid, as RTKLIB was set to write them"
     if scale == "gps":
         yield "times are of GPS, which is ahead of UTC by the leap seconds"

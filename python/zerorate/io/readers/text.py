@@ -56,9 +56,9 @@ def read(path: Path) -> Content:
     if not is_text(raw):
         raise LogError("the content is binary, expected a text table")
     _check_no_result(raw)
-    told = _track(raw) or tokenized(raw)
-    if told is not None:
-        return told
+    table = _track(raw) or tokenized(raw)
+    if table is not None:
+        return table
     raw, has_stamps = _strip_arrows(_with_one_mark(raw))
     content = split_messages(raw) or labelled(raw)
     if content is not None:
@@ -82,8 +82,8 @@ def _track(raw: bytes) -> Content | None:
         r"<(trkpt|wpt|rtept)\b([^>]*)>(.*?)</\1>", decode_text(raw), re.DOTALL
     ):
         place = dict(re.findall(r"(lat|lon)\s*=\s*[\"']([^\"']+)", point[2]))
-        told = dict(re.findall(r"<(?:\w+:)?(ele|time|speed|course)>\s*([^<]*?)\s*<", point[3]))
-        cells = {**place, **told}
+        fields = dict(re.findall(r"<(?:\w+:)?(ele|time|speed|course)>\s*([^<]*?)\s*<", point[3]))
+        cells = {**place, **fields}
         keys = ("time", "lat", "lon", "ele", "speed", "course")
         rows.append(",".join(cells.get(key, "") for key in keys))
     return Content.of(_read_table("\n".join(rows).encode()))
@@ -132,7 +132,7 @@ def _listed_lines(raw: bytes) -> bytes:
 
 
 def _check_no_result(raw: bytes) -> None:
-    """Refuse what this package has saved: a mistaken argument, never a log."""
+    """Refuse a file that this package has saved: a mistaken argument, never a log."""
     match = re.match(rb'\{\s*"format": "zerorate ([\w -]+)"', raw.lstrip())
     if match is not None:
         raise LogError(f"the file holds a result of zerorate ({match[1].decode()}), expected a log")
@@ -155,7 +155,7 @@ def _with_one_mark(raw: bytes) -> bytes:
 
 
 def _strip_arrows(raw: bytes) -> tuple[bytes, bool]:
-    """Return the lines of a serial monitor with their times as cells, and whether they had any."""
+    """Return the lines of a serial monitor with their times as cells, and True if they had any."""
     match = re.match(_SERIAL_STAMP + rb"(.*)", raw)
     if match is None:
         return raw, False
@@ -178,8 +178,8 @@ def make_table(raw: bytes, layout: Layout, meta: Metadata) -> Table:
     def whole() -> Table:
         rest, torn = without_torn(raw, layout)
         listed = ", ".join(map(str, torn[:_LISTED])) + (" and more" if len(torn) > _LISTED else "")
-        told = [f"torn, left out: line{'s' * (len(torn) > 1)} {listed}"] if torn else []
-        found = replace(meta, notes=(*notes, *told))
+        torn_notes = [f"torn, left out: line{'s' * (len(torn) > 1)} {listed}"] if torn else []
+        found = replace(meta, notes=(*notes, *torn_notes))
         return replace(table_of_rows(rest, layout), meta=found)
 
     return replace(table_of_rows(raw, layout), meta=replace(meta, notes=tuple(notes)), whole=whole)

@@ -84,7 +84,7 @@ class Tokenizer:
 
 
 def tokenizer_of(lines: Sequence[str]) -> Tokenizer | None:
-    """Return what takes lines such as the first ones of a text, None for those of a table."""
+    """Return the tokenizer for the first lines of a text, None for those of a table."""
     body = [line for line in lines if line.strip()]
     for kind in (JSON, INFLUX, ECHO, TUPLES, PAIRS):
         fits = sum(_is_of(kind, line) for line in body)

@@ -15,7 +15,7 @@ def has_gyro(table: Table) -> bool:
 def choose_topic(
     tables: Mapping[str, Table], candidates: Sequence[str], expected: str, topic: str | None
 ) -> str:
-    """Return the topic asked for, or the first candidate that has a gyro.
+    """Return the requested topic, or the first candidate that has a gyro.
 
     Raises
     ------

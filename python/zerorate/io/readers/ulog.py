@@ -57,14 +57,14 @@ _MAX_DEPTH: Final = 16
 _RESYNC_MESSAGES: Final = 3
 """Messages one behind the other that show that damage is over."""
 _FIELD_BYTES: Final = 256
-"""Bytes of memory, about, that a field takes beside its name and its values."""
+"""Bytes of memory, about, that a field takes apart from its name and its values."""
 _FREE_BYTES: Final = 1 << 23
 """Bytes that the fields of a log may take in any case; beyond, as many as the file has."""
 
 
 @dataclass(frozen=True)
 class Topic:
-    """What one instance of a topic said: its fields, each (n,), by flat names such as ``q[0]``."""
+    """Fields of one instance of a topic, each (n,), by flat names such as ``q[0]``."""
 
     name: str
     instance: int
@@ -88,7 +88,7 @@ class ULog:
 
 
 def parse_log(raw: bytes) -> ULog:
-    """Return what is sound in the bytes of a log.
+    """Return the sound parts of a log in bytes.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def parse_log(raw: bytes) -> ULog:
 
 
 def _find_parts(raw: bytes) -> list[tuple[int, int]]:
-    """Return where messages lie: a log says at which places others were appended to it."""
+    """Return the spans of messages: a log lists the offsets at which others were appended."""
     offsets: list[int] = []
     first = raw[_HEADER_BYTES : _HEADER_BYTES + _FRAME_BYTES + 40]
     if len(first) == _FRAME_BYTES + 40 and first[2:3] == b"B":
@@ -128,7 +128,7 @@ class _Field(NamedTuple):
 
 
 class _RowSize(NamedTuple):
-    """Bytes that a row has, with and without what pads its end."""
+    """Bytes of a row, with and without the padding at its end."""
 
     min_bytes: int
     max_bytes: int
@@ -149,7 +149,7 @@ class _Formats:
             self._texts.setdefault(name.decode("ascii", "replace"), fields)
 
     def row_size(self, name: str, depth: int = 0) -> _RowSize | None:
-        """Return what a row of a format holds, None where that is unknown or damaged."""
+        """Return the size and fields of a row of a format, None where unknown or damaged."""
         if name not in self._rows and name in self._texts and depth < _MAX_DEPTH:
             self._rows[name] = None  # for a format within itself
             try:
@@ -209,7 +209,7 @@ class _Formats:
 
 
 class _TopicRows(NamedTuple):
-    """Where the rows of a topic lie, and the bytes that a message of it may have."""
+    """Offsets of the rows of a topic, and the bytes that a message of it may have."""
 
     min_bytes: int
     max_bytes: int
@@ -276,7 +276,7 @@ class _LogWalker:
         return name, self._formats.row_size(name)
 
     def _is_sound(self, at: int) -> bool:
-        """Whether a message can be what it says, and all of it is there."""
+        """Return True if a message can be as declared, and all of it is there."""
         size, kind, number = _MESSAGE_HEAD.unpack_from(self._raw, at)
         at, after = at + _FRAME_BYTES, at + _FRAME_BYTES + size
         if after > self._end:
@@ -299,7 +299,7 @@ class _LogWalker:
         return False
 
     def _skip_damage(self, at: int, after: int) -> int:
-        """Return where to go on behind a message that cannot be read."""
+        """Return the offset at which to go on behind a message that cannot be read."""
         is_framed = after <= self._end and self._has_messages(
             after, _RESYNC_MESSAGES
         )  # but for its kind or number
@@ -311,7 +311,7 @@ class _LogWalker:
         return resume
 
     def _find_next(self, at: int) -> int:
-        """Return where a message begins again behind a place, or where all ends."""
+        """Return the offset of the next message behind an offset, or the end of all."""
         for known in _KNOWN_KIND.finditer(self._raw, at + _FRAME_BYTES, self._end - 2):
             start = known.start() - 2
             after = start + _FRAME_BYTES + _MESSAGE_HEAD.unpack_from(self._raw, start)[0]
@@ -320,7 +320,7 @@ class _LogWalker:
         return self._end
 
     def _has_messages(self, at: int, messages: int) -> bool:
-        """Whether so many messages may follow each other from a place on, or up to the end."""
+        """Return True if so many messages may follow each other from an offset, or to the end."""
         for _ in range(messages):
             if at + _MESSAGE_HEAD.size > self._end:
                 break

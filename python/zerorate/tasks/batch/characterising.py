@@ -32,11 +32,13 @@ def _characterise_log(settings: "Settings", source: Path, output: Path) -> LogOu
     with atomic_path(output, force=True) as temporary:
         temporary.write_text(models_json(sensors), encoding="utf-8", newline="\n")
     return LogOutput(
-        tuple(row for sensor in sensors for row in _rows(sensor)), (*result.alarms, *result.notes)
+        tuple(row for sensor in sensors for row in allan_rows(sensor)),
+        (*result.alarms, *result.notes),
     )
 
 
-def _rows(sensor: Characterisation) -> Iterator[Row]:
+def allan_rows(sensor: Characterisation) -> Iterator[Row]:
+    """Yield one row of coefficients and deviations for each axis of a sensor."""
     log = sensor.log
     parts = zip(sensor.axes, sensor.moved, _deviations(log), strict=True)
     for i, (axis, moved, deviations) in enumerate(parts):

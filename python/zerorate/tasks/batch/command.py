@@ -1,4 +1,4 @@
-"""What a batch can do with each log: the contract of a command."""
+"""Contract of a command that a batch runs on each log."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -17,7 +17,7 @@ Row = Mapping[str, str | float | int | bool | None]
 
 
 class LogOutput(NamedTuple):
-    """What a log has become: one row an axis, and sentences on it."""
+    """Result of a log: one row an axis, and notes."""
 
     rows: tuple[Row, ...]
     notes: tuple[str, ...]
@@ -36,9 +36,9 @@ class Quantity:
     sigma : str, optional
         The column of its standard error.
     signed : bool
-        Whether it lies on both sides of zero: logs are compared by differences, not by ratios.
+        True if it has either sign: logs are compared by differences, not by ratios.
     two_sided : bool
-        Whether what is smaller than in the other logs stands out too.
+        True if values below those of other logs are outliers, too.
     """
 
     column: str
@@ -50,7 +50,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Command:
-    """What becomes of each log of a batch, and what is said of it.
+    """Command that a batch runs on each log.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class Command:
     mark : str
         What the names of its files add to the name of the log.
     ending : callable
-        Gives the rest of the output's name, by the format that was asked for.
+        Gives the rest of the output's name, by the requested format.
     work : callable
         Reads a log by the settings, writes the output, and returns rows and notes.
     columns : mapping of str to type

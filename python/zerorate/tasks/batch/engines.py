@@ -69,7 +69,7 @@ def run_with_retry(
 
 
 class Processes:
-    """As many worker processes as asked for, by default one a core, each known by its task.
+    """Worker processes, by default one a core, each identified by its task.
 
     A process pool of the standard library breaks as a whole when one worker is killed, and cannot
     tell by which task. Here each worker has a pipe of its own: its end names the task.
@@ -141,7 +141,7 @@ class _Worker(Generic[T, R]):
             return
 
     def end(self) -> TaskResult[T, R] | WorkerDeath[T]:
-        """Return the answer, or how the process died; one of them is there."""
+        """Return the answer, or the cause of the process's death; one of them is there."""
         try:
             return TaskResult(self._task, self.pipe.recv())
         except (EOFError, OSError):

@@ -1,4 +1,4 @@
-"""Which logs of a batch stand out from the others."""
+"""Outliers among the logs of a batch."""
 
 import math
 from collections import defaultdict
@@ -14,7 +14,7 @@ from zerorate.tasks.batch.command import Quantity, Row
 from zerorate.types import Floats
 
 MIN_LOGS: Final = 8
-"""Fewer do not tell how much sensors of a kind differ."""
+"""Fewest sensors that show the spread of their kind."""
 
 EXPECTED_FALSE_ALARMS: Final = 0.1
 """How many are expected in a whole batch of equal sensors, where differences are normal."""
@@ -69,7 +69,7 @@ class Outlier:
 
 @dataclass(frozen=True)
 class Fleet:
-    """What the comparison of logs has found.
+    """Result of the comparison of logs.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class Fleet:
     untested_axes: frozenset[tuple[str, str]]
 
     def of(self, log: str, axis: object) -> list[str] | None:
-        """Return in which quantities an axis stands out; None where that was not judged."""
+        """Return the quantities in which an axis is an outlier; None if it was not tested."""
         key = (log, str(axis))
         if axis is None or key in self.untested_axes:
             return None
@@ -132,7 +132,7 @@ def fleet_of(logs: Mapping[str, Sequence[Row]], quantities: Sequence[Quantity]) 
     Notes
     -----
     B. Iglewicz, D. C. Hoaglin, "How to Detect and Handle Outliers", ASQC, 1993, has the score by
-    the median and its deviation; its limit of 3.5 is for one sample of moderate size.
+    the median and its standard deviation; its limit of 3.5 is for one sample of moderate size.
     """
     groups: dict[tuple[str, str], list[tuple[str, Row]]] = defaultdict(list)
     for log, rows in logs.items():
@@ -188,7 +188,7 @@ def _find_outliers(sample: _Sample, comparisons: int) -> Iterator[Outlier]:
 
 
 def _score_limit(count: int, comparisons: int) -> float:
-    """Return how many spreads a value of so many is from their median by chance alone.
+    """Return the largest distance from the median by chance alone, of so many values, in spreads.
 
     The quantile of Student's t by D. L. Wallace, Annals of Mathematical Statistics 30 (1959).
     """

@@ -1,4 +1,4 @@
-"""The logs of a batch: what its patterns and folders name, without what zerorate has written."""
+"""The logs of a batch: by patterns and folders, without zerorate's own files."""
 
 import os
 import re
@@ -44,9 +44,9 @@ class Inputs:
 
 
 def find_inputs(patterns: Sequence[str]) -> Inputs:
-    """Return what folders and patterns name; FileNotFoundError if one of them names no log.
+    """Return the logs that folders and patterns name; FileNotFoundError if one names no log.
 
-    What zerorate has written is left out wherever it lies, unless a pattern asks for it: results,
+    Files that zerorate has written are left out anywhere, unless a pattern names them: results,
     by the mark in their name, the summary of a batch, and the true drift next to a simulated log.
     """
     matches = [find_files(pattern) for pattern in patterns]
@@ -64,7 +64,7 @@ def find_inputs(patterns: Sequence[str]) -> Inputs:
 
 
 def command_of(summary: Path) -> str | None:
-    """Return which command wrote the summary of a batch; None for any other file."""
+    """Return the command that wrote the summary of a batch; None for any other file."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -77,7 +77,7 @@ def command_of(summary: Path) -> str | None:
 
 
 def _is_own_output(path: Path, pattern: str) -> bool:
-    """Return whether zerorate has written a file that a pattern names, but does not ask for."""
+    """Return True if an output file of an earlier run matches the pattern only by accident."""
     pattern_stem = Path(pattern).stem
     if path.name == SUMMARY:
         return command_of(path) is not None

@@ -14,12 +14,12 @@ from typing import Final
 from zerorate.io.formats import FORMATS, is_bag_folder
 
 LOG_SUFFIXES: Final = tuple(dict.fromkeys(suffix for form in FORMATS for suffix in form.suffixes))
-"""Of the files in a folder that are taken for logs."""
+"""Suffixes of the files in a folder that count as logs."""
 
 
 @dataclass
 class MatchedFiles:
-    """What a pattern has led to.
+    """Files that match a pattern.
 
     Attributes
     ----------
@@ -72,14 +72,14 @@ def _find_in_folder(top: Path) -> MatchedFiles:
 
 
 def _is_bag(folder: Path) -> bool:
-    """Return whether a folder is a ROS 2 bag; logs may lie next to metadata of another kind."""
+    """Return True if a folder is a ROS 2 bag; logs may lie next to metadata of another kind."""
     return is_bag_folder(folder) and any(
         path.suffix in (".db3", ".mcap") for path in folder.iterdir()
     )
 
 
 def _is_name(folder: Path, part: str) -> bool:
-    """Return whether a part of a pattern is a name, and not itself a pattern."""
+    """Return True if a part of a pattern is a name, and not itself a pattern."""
     has_wildcard = "*" in part or "?" in part
     return not has_magic(part) or (not has_wildcard and os.path.lexists(folder / part))
 

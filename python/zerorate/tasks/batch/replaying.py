@@ -1,11 +1,13 @@
 """A log of a batch through the filter, as ``zerorate replay`` does it without a figure."""
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from zerorate.calibration.calibration import Calibration
-from zerorate.record.log import notes_of
+from zerorate.io.triads import ALL_SENSORS
+from zerorate.record.log import LogError, notes_of
 from zerorate.tasks.batch.command import Command, LogOutput, Quantity, Row, finite_or_none
 from zerorate.tasks.replay import Score, Summary, replay_to_file
 from zerorate.tasks.replay.history import last_finite
@@ -37,25 +39,27 @@ _NUMBER_COLUMNS: Final = (
 def _replay_log(settings: "Settings", source: Path, output: Path) -> LogOutput:
     """Filter a log into a file."""
     reading, calibration_json = dict(settings.reading), settings.calibration
-    result = replay_to_file(
-        source,
-        output,
-        accel=settings.accel,
-        calibration=None if calibration_json is None else Calibration.from_json(calibration_json),
-        force=True,
-        data_scale=reading.pop("scale"),
-        **reading,
-        **settings.options,
-    )
+    calibration = None if calibration_json is None else Calibration.from_json(calibration_json)
+    replay = partial(
+        replay_to_file, source, output, accel=settings.accel, calibration=calibration,
+        force=True, data_scale=reading.pop("scale"), **settings.options,
+    )  # fmt: skip
+    try:
+        result = replay(**reading)
+    except LogError as error:
+        if error.argument != "sensor" or reading["sensor"] is not None:
+            raise
+        result = replay(**{**reading, "sensor": ALL_SENSORS})
     notes = (
         *result.alarms,
         *notes_of(result.header, evenly_spaced=True),
         *describe_unlearned(result),
     )
-    return LogOutput(_rows(result), notes)
+    return LogOutput(replay_rows(result), notes)
 
 
-def _rows(result: Summary) -> tuple[Row, ...]:
+def replay_rows(result: Summary) -> tuple[Row, ...]:
+    """Return one row of counts, scores and learned noise for each axis of a replay."""
     scores = {(score.axis, score.method): score for score in result.scores}
     history = result.history
     noise, drift = last_finite(history.angle_random_walk), last_finite(history.rate_random_walk)

@@ -33,7 +33,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class BatchResult(Result):
-    """What became of every log, as `zerorate.batch` returns it.
+    """Outcome of every log, as `zerorate.batch` returns it.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class BatchResult(Result):
 
     @property
     def command(self) -> str:
-        """What was done with each log."""
+        """Command that ran on each log."""
         return self.settings.command
 
     @property
@@ -82,7 +82,7 @@ class BatchResult(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """The notes on the logs with how many logs each is about, those of most logs first."""
+        """The notes on the logs with the number of logs for each, those of most logs first."""
         return tuple(
             make_sentence(f"{logs[0]}{_count_others(len(logs) - 1)}: ", note)
             for note, logs in self.logs_by_note.items()
@@ -99,7 +99,7 @@ class BatchResult(Result):
 
     @property
     def counts(self) -> Counter[str]:
-        """How many logs have each status."""
+        """Count of logs with each status."""
         return Counter(outcome.status for outcome in self.outcomes)
 
     @property
@@ -131,23 +131,23 @@ def batch(
 ) -> BatchResult:
     """Filter many logs, find their noise, or report on them, and compare them with each other.
 
-    Each log is worked on in a process of its own. One that fails, or that kills its worker twice,
-    is reported and the others go on. A run may be stopped at any moment: the next one skips what
-    is finished. ``zerorate batch`` does the same.
+    Each log is processed in a process of its own. A log that fails, or that kills its worker twice,
+    is reported and the others go on. A run may be stopped at any moment: the next one skips
+    finished logs. ``zerorate batch`` does the same.
 
     Parameters
     ----------
     sources : str, path, or sequence of these
         Folders, of which all logs are taken; files; or patterns such as ``"logs/**/*.parquet"``,
         where a name with brackets may be just that. ``**`` takes each folder once, however many
-        links lead there. What zerorate has written is left out unless a pattern asks for it.
+        links lead there. Files that zerorate has written are left out unless a pattern names them.
     folder : path
         Of the results, made if missing. It mirrors the folders below the sources' common
         one: for each log its result and a record in JSON, and ``summary.parquet`` of all, with
         "report" also ``overview.html``. Each command needs a folder of its own.
     command : {"replay", "allan", "report"}
-        What is done with each log: filter it, find the noise of its gyros and accelerometers, or
-        report what its IMU shows.
+        Command on each log: filter it, find the noise of its gyros and accelerometers, or report on
+        its IMU.
     workers : int, optional
         Worker processes; default one a core.
     local_cluster : int, optional
@@ -155,18 +155,18 @@ def batch(
     scheduler : str, optional
         Address of a Dask scheduler instead, whose workers see the same paths.
     force : bool
-        Do finished logs again; default no.
+        Process finished logs again; default no.
     progress : callable, optional
-        Called with the number of logs that are through and that of all that are to do.
+        Called with the number of finished logs and the number of all.
         By default a bar in a notebook.
     **settings
-        How logs are read, filtered and written: arguments of `zerorate.tasks.batch.Settings`,
+        Settings of reading, filtering and writing: arguments of `zerorate.tasks.batch.Settings`,
         such as ``unit="deg/s"`` or ``motion="hold"``.
 
     Returns
     -------
     BatchResult
-        What became of each log, and which stand out from the others; `table`, `plot`, `save`.
+        Outcome of each log, and outliers among them; `table`, `plot`, `save`.
 
     Raises
     ------
@@ -218,7 +218,7 @@ def batch(
 
 
 def _write_tables(result: BatchResult) -> None:
-    """Write what is about all logs: the summary, and the overview of reports."""
+    """Write the tables of all logs: the summary, and the overview of reports."""
     write_summary(result.outcomes, result.fleet, result.settings, result.summary)
     for overview in result.files[1:]:
         with atomic_path(overview, force=True) as temporary:
@@ -226,7 +226,7 @@ def _write_tables(result: BatchResult) -> None:
 
 
 def files_of(result: BatchResult) -> Files:
-    """Return what a batch is saved as: the table of all logs, the overview of reports, a figure."""
+    """Return the files of a batch: the table of all logs, the overview of reports, a figure."""
 
     def table(path: Path) -> None:
         write_summary(result.outcomes, result.fleet, result.settings, path)
@@ -238,7 +238,7 @@ def files_of(result: BatchResult) -> Files:
 
 
 def _collect_outcomes(ends: Iterable[Outcome], count: int, report: Progress) -> dict[str, Outcome]:
-    """Return the outcomes by name, telling how many there are as they come."""
+    """Return the outcomes by name, with a report of their number as they arrive."""
     outcomes: dict[str, Outcome] = {}
     report(0, count)
     for end in ends:
@@ -250,7 +250,7 @@ def _collect_outcomes(ends: Iterable[Outcome], count: int, report: Progress) -> 
 def _run_tasks(
     engine: AbstractContextManager[Engine], tasks: list[Task], sweeping: bool
 ) -> Generator[Outcome]:
-    """Yield what becomes of each task, then remove what killed workers left."""
+    """Yield the outcome of each task, then remove the files that killed workers left."""
     completed = False
     try:
         with engine as running, closing(run_with_retry(running, run_task, tasks)) as ends:
@@ -298,7 +298,7 @@ def _check_pyarrow() -> None:
 def _make_tasks(
     log_files: Inputs, output: Path, settings: Settings, force: bool = False
 ) -> tuple[list[Task], list[Outcome]]:
-    """Return a task for each log, whose output mirrors its folder, and what cannot be one.
+    """Return a task for each log, whose output mirrors its folder, and the failures.
 
     Raises
     ------

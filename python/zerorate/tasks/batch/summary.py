@@ -23,7 +23,7 @@ def write_summary(
     metadata: dict[bytes | str, bytes | str]
     metadata = {SUMMARY_MARK: settings.command, "zerorate version": __version__}
     schema = pa.schema(_schema_fields(settings.operation.columns), metadata=metadata)
-    table = pa.Table.from_pylist(list(_rows(outcomes, fleet)), schema=schema)
+    table = pa.Table.from_pylist(list(batch_rows(outcomes, fleet)), schema=schema)
     with atomic_path(path, force=True) as temporary, open_native_file(temporary, "wb") as file:
         pq.write_table(table, file, compression="zstd")
 
@@ -37,7 +37,8 @@ def _schema_fields(columns: Mapping[str, type]) -> list[tuple[str, Any]]:
     return [*types, *((name, pa.list_(pa.string())) for name in ("outlying", "notes"))]
 
 
-def _rows(outcomes: Iterable[Outcome], fleet: Fleet) -> Iterator[dict[str, object]]:
+def batch_rows(outcomes: Iterable[Outcome], fleet: Fleet) -> Iterator[dict[str, object]]:
+    """Yield the rows of the summary: one for each log and axis, one for a log that failed."""
     for outcome in outcomes:
         common = {
             "log": make_printable(outcome.name),

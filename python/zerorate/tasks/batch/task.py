@@ -1,4 +1,4 @@
-"""One log of a batch: its settings, the function that every engine runs, and what it leaves."""
+"""One log of a batch: its settings, the function that every engine runs, and its output."""
 
 import hashlib
 import json
@@ -71,24 +71,24 @@ else:
 
 @dataclass(frozen=True, init=False)
 class Settings:
-    """What is done with each log of a batch, and how it is read and written.
+    """Settings of a batch: the command on each log, and its reading and writing.
 
     Parameters
     ----------
     command : {"replay", "allan", "report"}
-        What is done with each log: "replay", the default, filters it; "allan" finds the noise of
-        its gyros and accelerometers; "report" tells what is seen of its IMU.
+        Command on each log: "replay", the default, filters it; "allan" finds the noise of its gyros
+        and accelerometers; "report" reports on its IMU.
     rate : float, optional
-        Samples per second, Hz, where the logs do not tell it.
+        Samples per second, Hz, for logs without timestamps.
     columns : tuple of str or int, optional
         Names or indices; by default the gyro columns, for the others those of accelerometers too.
     unit : str, optional
-        Unit of the data, where the logs do not tell it: ``"deg/s"``, for the others also of both
+        Unit of the data, if the logs do not state it: ``"deg/s"``, for the others also of both
         kinds of sensor, ``"deg/s,g"``.
     topic : str, optional
         Topic to read of ROS recordings and PX4 logs.
     sensor : str, optional
-        Which sensor of several in one table, as of `zerorate.read_log`.
+        Which sensor of several in one table, as of `zerorate.read_log`. Default: all.
     data_scale, start, stop, time, time_unit, torn : optional
         As `scale`, `start`, `stop`, `time`, `time_unit` and `torn` of `zerorate.read_log`: what
         values are multiplied by, the seconds between which each log is read, and what is said of
@@ -96,10 +96,10 @@ class Settings:
     format : {"parquet", "csv", "npz"}, optional
         Of the filtered logs, for "replay" alone; default Parquet.
     calibration : Calibration or path, optional
-        What the gyro of each log is corrected by before it is filtered, for "replay" alone. Each
+        Calibration to correct the gyro of each log with before filtering, for "replay" alone. Each
         log is then read as a whole, with its accelerometer.
     accel : bool
-        Whether the accelerometer beside a gyro, if there is one, tells motion from rest, for
+        Whether the accelerometer next to a gyro, if any, distinguishes motion from rest, for
         "replay" alone; default yes.
     **options
         Arguments of `zerorate.DriftFilter`, for "replay" alone, with its defaults: method "auto",
@@ -176,6 +176,7 @@ class Settings:
                     f" has no effect on command '{command}', only on 'replay'",
                 )
             )
+        output_format, loaded_calibration = format or _FORMATS[0], calibration_of(calibration)
         reading = {
             "rate": rate,
             "columns": columns,
@@ -189,7 +190,6 @@ class Settings:
             "time_unit": time_unit,
             "torn": torn,
         }
-        output_format, loaded_calibration = format or _FORMATS[0], calibration_of(calibration)
         vars(self).update(
             command=command,
             reading=reading,
@@ -201,7 +201,7 @@ class Settings:
 
     @property
     def operation(self) -> Command:
-        """What becomes of each log."""
+        """Command that runs on each log."""
         return COMMANDS[self.command]
 
     def fingerprint(self, name: str, size: int, modified: int) -> str:
@@ -216,7 +216,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one log; small, since it travels between machines.
+    """Outcome of one log; small, since it travels between machines.
 
     Parameters
     ----------
@@ -244,7 +244,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Record:
-    """How the output of a log was made, and that it is whole.
+    """Record of the making of a log's output, which shows that it is whole.
 
     It is a file of its own next to the output, not metadata of it, which stays the same bytes as
     those of the command on a single log, in every format.
@@ -280,7 +280,7 @@ class Record:
 
 @dataclass(frozen=True)
 class Task:
-    """A log to work on: absolute paths, and what its record will say."""
+    """A log to work on: absolute paths, and the contents of its record."""
 
     name: str
     source: Path
@@ -292,7 +292,7 @@ class Task:
     version: str = __version__
 
     def read_outcome(self, status: Status) -> Outcome | None:
-        """Return what the record says, if this log is finished with these settings."""
+        """Return the recorded outcome, if this log is finished with these settings."""
         record = None if self.force else Record.read(self.record, self.output)
         if record is None or record.fingerprint != self.fingerprint:
             return None
@@ -340,7 +340,7 @@ def _describe_error(error: Exception, source: Path) -> str:
 
 
 def _given_names(**arguments: object) -> list[str]:
-    """Return the names of what is not None."""
+    """Return the names of values that are not None."""
     return [name for name, value in arguments.items() if value is not None]
 
 

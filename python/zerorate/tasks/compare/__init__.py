@@ -1,4 +1,4 @@
-"""Many methods on the same recordings, each measured by what it costs its user."""
+"""Many methods on the same recordings, each measured by the cost of its errors."""
 
 from zerorate.tasks.compare.attitude import ATTITUDE_METHODS, compare_attitude
 from zerorate.tasks.compare.comparison import Comparison, compare_methods
@@ -26,5 +26,5 @@ __all__ = [
 
 
 def __dir__() -> list[str]:
-    """Show what is public."""
+    """Return the public names."""
     return __all__

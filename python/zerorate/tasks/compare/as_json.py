@@ -44,7 +44,7 @@ def as_json(comparisons: Sequence[Comparison], simulated: Sequence[Regret] = ())
 def _content(
     comparisons: Sequence[Comparison], simulated: Sequence[Regret], fault: Contamination | None
 ) -> dict[str, Any]:
-    """Return what came of the records with one contamination, or with none."""
+    """Return the results on the records with one contamination, or with none."""
     kinds = {
         result.kind: {"rows": list(map(_row_fields, result.rows)), "notes": list(result.notes)}
         for result in comparisons
@@ -72,7 +72,7 @@ def _row_fields(row: Row) -> dict[str, Any]:
 
 
 def _gyro_rows(simulated: Regret, i: int) -> Iterator[dict[str, Any]]:
-    """Yield what each method came to on one gyro."""
+    """Yield the result of each method on one gyro."""
     for j, method in enumerate(simulated.methods):
         yield {
             "model": simulated.models[i].name,

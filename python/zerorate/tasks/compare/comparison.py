@@ -45,7 +45,7 @@ class Comparison(Result):
     notes : tuple of str
         Sentences on the recordings.
     contamination : Contamination or None
-        What the methods were fed with besides the recording. They are judged by the clean one, and
+        Contamination added to the recording. Methods are scored on the clean one, and
         the ratio of each error to that on the clean one is a measure, ``NAME_degradation``.
 
     Examples
@@ -105,7 +105,7 @@ def compare_methods(
     Raises
     ------
     LogError
-        If a recording does not allow what its kind asks for.
+        If a recording lacks what its kind of comparison needs.
     ValueError
         If a method or a word of a contamination is not known.
     MethodError
@@ -183,7 +183,7 @@ def _compare_kind(
 
 
 def _make_evaluator(recording: Trial, notes: list[str]) -> Evaluator:
-    """Return what measures methods on a recording, and note what is to be known of it."""
+    """Return an evaluator of methods on a recording, and add notes to be read with it."""
     if recording.reference is None:
         recording.check_axes()
     if recording.orientation is not None:
@@ -202,14 +202,14 @@ def _orientation_note(source: str, truth: Orientation) -> str:
 
 
 class _RowProgress:
-    """How much of the work is done."""
+    """Progress of the work."""
 
     def __init__(self, recordings: Sequence[Trial], runs: int, progress: Progress) -> None:
         axes = (trial.log.channels if trial.kind == "rest" else 1 for trial in recordings)
         self._total, self._done, self._progress = runs * sum(axes), 0, progress
 
     def count_rows(self, rows: Iterable[Row]) -> Iterator[Row]:
-        """Yield rows, and tell of each."""
+        """Yield rows, and report each."""
         for row in rows:
             self._done += 1
             self._progress("comparing", min(1.0, self._done / self._total))

@@ -42,7 +42,8 @@ class Row:
     values : mapping of str to float
         Measures by name, in SI otherwise; NaN where one means nothing.
     causal : bool
-        Whether the method used no later samples: known of the package's own, tried for the user's.
+        True if the method used no later samples: known for the package's own, tested for the
+        user's.
 
     Examples
     --------
@@ -84,7 +85,7 @@ def measure_or_nan(measure: Callable[[], object]) -> float:
 def mean_nis(result: AxisResult, where: Booleans) -> float:
     """Return the mean normalised innovation squared of some samples, NaN without innovations.
 
-    A sample in what the method takes for motion is not used, and has none.
+    A sample that the method considers motion is not used, and has none.
     """
     innovation, variance = result.innovation, result.innovation_variance
     if innovation is None or variance is None:

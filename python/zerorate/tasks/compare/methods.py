@@ -44,24 +44,24 @@ METHODS: Final = (
     "auto",
     *WHOLE_RECORD_METHODS,
 )
-"""What is compared unless something else is asked for."""
+"""Methods compared by default."""
 
 FIRST_REST_S: Final = 10.0
-"""Seconds at the start whose mean is taken for the bias."""
+"""Seconds at the start whose mean is the bias."""
 
 _TRACE_BLOCKS: Final = 64
 
 
 @dataclass(frozen=True, eq=False)
 class AxisResult:
-    """What a method makes of one axis of n samples.
+    """Result of a method on one axis of n samples.
 
     Attributes
     ----------
     estimate : ndarray, shape (n,)
         What is held when coasting: drift, or the smoothed rate of a sensor at rest.
     bias : ndarray, shape (n,), or None
-        What is taken off the raw rate; None for a method that takes no drift off.
+        Drift to subtract from the raw rate; None for a method that subtracts none.
     smooth : ndarray or None
         The rate of a method that smooths, for use in place of the raw one; NaN where that is
         missing, for a prediction is no measurement.
@@ -71,11 +71,11 @@ class AxisResult:
     sigma : ndarray or None
         Standard deviation of the bias.
     at_rest : ndarray of bool or None
-        Whether the method took the sensor to be at rest.
+        True if the method considered the sensor at rest.
     innovation, innovation_variance : ndarray or None
         Of a Kalman filter.
     causal : bool
-        Whether each value was known after its sample.
+        True if each value was known after its sample.
     """
 
     estimate: Floats
@@ -130,7 +130,7 @@ _OPTIMUM: Final = "optimum"
 def run_on_axis(
     method: MethodSpec, z: Floats, rate: float, gain: Callable[[], float], unit: str | None = None
 ) -> AxisResult:
-    """Return what a method makes of one axis.
+    """Run a method on one axis.
 
     Parameters
     ----------
@@ -246,7 +246,7 @@ _TRACE_FIELDS: Final = {
 
 
 def _select_fields(trace: Trace) -> dict[str, Any]:
-    """Return what of it is kept, of the one channel."""
+    """Return the fields to keep, of the one channel."""
     return {own: getattr(trace, name)[:, 0] for name, own in _TRACE_FIELDS.items()}
 
 
@@ -273,7 +273,7 @@ Method = Callable[[Floats, float], Floats | Estimate]
 
 
 def name_of(method: MethodSpec | Method) -> str:
-    """Return what a method is called in a table."""
+    """Return the name of a method in a table."""
     if isinstance(method, OwnMethod):
         return method.name
     return method if isinstance(method, str) else getattr(method, "__name__", repr(method))
@@ -318,7 +318,7 @@ def _run_whole_record(signal: Floats, rate: float, *, method: str) -> Estimate:
 
 
 def _run_own(signal: Floats, rate: float, *, method: OwnMethod) -> Estimate:
-    """Return what a user's own method learned, which takes rad/s; the first record tells causal."""
+    """Return the bias of a user's own method, which takes rad/s, and its causality."""
     records = np.radians(np.ascontiguousarray(signal.T))
     biases = [method.run(record, rate) for record in records]
     causal = method.is_causal(records[0], biases[0], rate)
@@ -326,7 +326,7 @@ def _run_own(signal: Floats, rate: float, *, method: OwnMethod) -> Estimate:
 
 
 def _run_auto(signal: Floats, rate: float) -> Estimate:
-    """Return what the self-tuning filter learned at rest, one record at a time."""
+    """Return the bias of the self-tuning filter at rest, one record at a time."""
     estimates = [_run_auto_record(record, rate) for record in np.ascontiguousarray(signal.T)]
     drifts, sigmas = zip(*estimates, strict=True)
     return Estimate(np.column_stack(drifts), np.column_stack(sigmas))

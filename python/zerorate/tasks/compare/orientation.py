@@ -45,9 +45,9 @@ def orientation_rows(
     Parameters
     ----------
     recording, truth : Trial, Orientation
-        What methods are judged by.
+        Reference of the scores.
     methods : sequence of str or OwnMethod
-        What is judged.
+        Axes to score.
     samples : ndarray, shape (n, 3)
         What they are fed with: the record's data, or a contaminated copy.
     """
@@ -107,7 +107,7 @@ def _nis_values(results: list[AxisResult], moving: Booleans) -> dict[str, float]
 
 
 def turning_speed(quaternions: Floats, rate: float, window: float) -> Floats:
-    """Return how fast a reference turns, taken over so many seconds, rad/s.
+    """Return the angular speed of a reference over windows of so many seconds, rad/s.
 
     NaN at the ends and where it is missing.
     """

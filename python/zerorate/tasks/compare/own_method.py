@@ -59,7 +59,7 @@ class OwnMethod:
     call: Callable[..., Any]
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be a method."""
+        """Refuse an object that cannot be a method."""
         if not _NAME.fullmatch(self.name):
             raise ValueError(
                 f"a method's name is made of letters, digits, _, - and ., got {self.name!r}; "
@@ -112,7 +112,7 @@ class OwnMethod:
         return bias.astype(np.float64)
 
     def is_causal(self, z: Floats, bias: Floats, rate: float) -> bool:
-        """Return whether what it returned for the first half does not depend on the second.
+        """Return True if its output for the first half does not depend on the second.
 
         A class sees one sample after the other, so it cannot look ahead.
         """
@@ -158,7 +158,7 @@ class OwnMethod:
 
 @contextmanager
 def prefix_errors(subject: str) -> Iterator[None]:
-    """Put what was being measured before the text of a `MethodError`."""
+    """Put the measured method before the text of a `MethodError`."""
     try:
         yield
     except MethodError as error:

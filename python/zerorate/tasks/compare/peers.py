@@ -22,14 +22,14 @@ _G_M_S2: Final = UNITS["g"].amount
 
 
 class Run(NamedTuple):
-    """What a filter makes of samples: orientations from sensor to east, north and up, (n, 4)."""
+    """Output of a filter: orientations from sensor to east, north and up, (n, 4)."""
 
     quaternions: Floats
     seconds: float
 
 
 class Peer(NamedTuple):
-    """A filter of another package: how that is imported, what runs it, and if it looks ahead."""
+    """A filter of another package: its import, its function, and a flag if it looks ahead."""
 
     package: str
     run: Callable[[Imu], Run]
@@ -37,7 +37,7 @@ class Peer(NamedTuple):
 
 
 def is_missing(peer: str) -> bool:
-    """Return whether the package of a peer is not installed."""
+    """Return True if the package of a peer is not installed."""
     return find_spec(PEERS[peer].package) is None
 
 
@@ -45,7 +45,7 @@ def _run_vqf(imu: Imu) -> Run:
     from vqf import VQF
 
     filled = imu.fill_missing()
-    # It wants to be told how often accelerometer and magnetometer have a sample.
+    # It needs the rates of accelerometer and magnetometer.
     vqf = VQF(1.0 / imu.rate, 1.0 / imu.accel_rate, 1.0 / imu.mag_rate)
     start = time.perf_counter()
     output = vqf.updateBatch(filled.gyro, filled.accel, filled.mag)

@@ -11,6 +11,7 @@ from zerorate._native import exponential_mean
 from zerorate.metrics import BestEma
 from zerorate.noise.motion_check import moving_spans
 from zerorate.noise.records import is_constant
+from zerorate.numerals import shorten
 from zerorate.record import LogError
 from zerorate.tasks.compare.measures import Row, mean_nis, measure_or_nan
 from zerorate.tasks.compare.methods import (
@@ -35,7 +36,7 @@ def scoring_start(duration: float) -> float:
 
 
 def scored_axes(recording: Trial) -> list["ScoredAxis"]:
-    """Return the axes of a recording, ready to judge methods."""
+    """Return the axes of a recording, ready to score methods."""
     columns = zip(recording.log.names, recording.log.data.T, strict=True)
     return [ScoredAxis(np.ascontiguousarray(z), recording, name) for name, z in columns]
 
@@ -48,9 +49,9 @@ def rest_rows(
     Parameters
     ----------
     recording, axes : Trial, sequence of ScoredAxis
-        What methods are judged by.
+        Horizons or reference of the scores.
     methods : sequence of str or OwnMethod
-        What is judged.
+        Axis or axes to score.
     samples : ndarray, shape (n, k)
         What they are fed with: the record's data, or a contaminated copy.
     """
@@ -64,7 +65,7 @@ def rest_rows(
 
 
 def rest_notes(recording: Trial) -> Iterator[str]:
-    """Yield that there is no reference, and where the sensor seems to move nonetheless."""
+    """Yield that there is no reference, and the spans in which the sensor seems to move."""
     yield f"{recording.source}: without a reference, so it is taken to be at rest"
     for name, z in zip(recording.log.names, recording.log.data.T, strict=True):
         if is_constant(z, np.nanmax(z)):
@@ -88,15 +89,15 @@ class ScoredAxis:
         if not self._bests:
             raise LogError(
                 f"{recording.source}: {axis} holds no {HORIZONS[0]:g} s without missing samples to "
-                f"coast through after the first {self._start:.3g} s"
+                f"coast through after the first {shorten(self._start, 3)} s"
             )
 
     def run(self, method: MethodSpec, samples: Floats) -> AxisResult:
-        """Return what a method makes of other samples, or of the same."""
+        """Run a method on other samples, or on the same."""
         return run_on_axis(method, samples, self._rate, self._gain, self._unit)
 
     def measure(self, method: MethodSpec, result: AxisResult, samples: Floats) -> dict[str, float]:
-        """Return the measures of what a method made of the samples it has seen."""
+        """Return the measures of a method's output for the samples it has seen."""
         values = {}
         for horizon in HORIZONS:
             estimate = result.estimate

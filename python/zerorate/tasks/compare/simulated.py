@@ -50,9 +50,10 @@ class Regret:
     optimum : ndarray, shape (models,)
         RMSE of the Kalman filter that knows the model, deg/s.
     causal : ndarray of bool, shape (methods,)
-        Whether the method used no later samples: known of the package's own, tried for the user's.
+        True if the method used no later samples: known for the package's own, tested for the
+        user's.
     contamination : Contamination or None
-        What the methods were fed with besides; the optimum is always that on clean records.
+        Contamination of the records; the optimum is always that on clean records.
     """
 
     methods: tuple[str, ...]
@@ -66,7 +67,7 @@ class Regret:
 
     @property
     def lasting_mask(self) -> Booleans:
-        """Which models are not transient, shape (models,)."""
+        """Mask of models that are not transient, shape (models,)."""
         return np.array([not model.transient for model in self.models])
 
     @property
@@ -98,7 +99,7 @@ class Regret:
 
 
 class _Score(NamedTuple):
-    """Mean squared error of each record, shape (k,), how often it was within one sigma, causal."""
+    """Mean squared error of each record, shape (k,), its share within one sigma, causal."""
 
     squares: Floats
     coverage: float
@@ -134,7 +135,7 @@ class _Trial(NamedTuple):
         )
 
     def _coverage(self, drift: Floats, sigma: Floats | None) -> float:
-        """Return how often the mean drift over the next ten seconds is within one sigma."""
+        """Return the share of mean drifts over the next ten seconds that are within one sigma."""
         if sigma is None:
             return np.nan
         n = len(self.truth)
@@ -160,7 +161,7 @@ def run(
     Parameters
     ----------
     methods : sequence of str, OwnMethod or callable
-        ``"raw"``, ``"mean"`` of all samples so far, ``"ema"`` (a moving average whose gain is the
+        ``"raw"``, ``"mean"`` of all samples to date, ``"ema"`` (a moving average whose gain is the
         best in hindsight for each model), methods of `zerorate.DriftFilter` with its defaults, the
         user's own, or callables: with k records, shape (n, k), and their rate they return the
         drift, or an `Estimate` of drift and sigma. All have different names.

@@ -40,7 +40,7 @@ def slope(angle: Floats, rate: float) -> Floats:
 
 
 def _slope_weights(half: int) -> Floats:
-    """Return what each of 2 half + 1 samples counts in the slope of their cubic."""
+    """Return the weights of 2 half + 1 samples in the slope of their cubic."""
     steps = np.arange(-half, half + 1)
     weights: Floats = np.linalg.pinv(np.vander(steps, _POLYNOMIAL_DEGREE + 1, increasing=True))[1]
     return weights

@@ -1,4 +1,4 @@
-"""What ``zerorate compare`` does: many methods on the same recordings, and on simulated gyros."""
+"""Comparison of many methods on recordings and simulated gyros: ``zerorate compare``."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from zerorate.views import Result, table_of
 
 @dataclass(frozen=True)
 class Compared(Result):
-    """What methods reached on recordings and on simulated gyros, as `zerorate.compare` returns it.
+    """Scores of methods on recordings and simulated gyros, as `zerorate.compare` returns them.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def compare(
     progress: Progress | None = None,
     **reading: Unpack[ReadingArguments],
 ) -> Compared:
-    """Compare filters on recordings by what they cost their user, at rest and in motion.
+    """Compare filters on recordings by the cost of their errors, at rest and in motion.
 
     Recordings are checked first; rates stay as they were measured. ``zerorate compare`` does the
     same.
@@ -111,24 +111,24 @@ def compare(
     methods : sequence of str, OwnMethod or callable
         As of `zerorate.tasks.compare.compare_methods`.
     contaminate : sequence of str or Contamination
-        Faults that are put into the recordings, for comparisons of their own.
+        Faults to add to the recordings, for separate comparisons.
     attitude : sequence of str
         Filters of attitude, for recordings with an accelerometer and the true orientation; () for
         none.
     frame : {"enu", "ned", "nwu"}
-        Of the true orientation.
+        Frame of the true orientation.
     reference : str, optional
         Column of an encoder's angle or of a true rate.
     quaternion : sequence of str, optional
         Columns w, x, y, z of the true orientation.
     simulated : bool
-        Also on simulated gyros, whose best filter is known.
+        Add simulated gyros, whose best filter is known.
     seeds : int
         Simulated records of each gyro.
     fix : bool
-        Put right a unit or axes of the gyro that the motion contradicts, where that is sure.
+        Correct a unit or axes of the gyro that the motion contradicts, where that is certain.
     progress : callable, optional
-        Called with a step's name and the fraction that is done. By default a bar in a notebook.
+        Called with a step's name and the fraction done. By default a bar in a notebook.
     **reading
         Arguments of `zerorate.read_log`, for sources that are read.
 
@@ -140,7 +140,7 @@ def compare(
     Raises
     ------
     LogError
-        If a recording cannot be read, or does not allow what its kind asks for.
+        If a recording cannot be read, or lacks what its kind of comparison needs.
     ValueError
         If a method, a fault or the frame is not known, or there is nothing to compare on.
     MethodError
@@ -228,7 +228,7 @@ def _run_simulated(
 
 
 def files_of(result: Compared) -> Files:
-    """Return what a comparison is saved as: all numbers as JSON, and a figure of each table."""
+    """Return the files of a comparison: all numbers as JSON, and a figure of each table."""
     figures: dict[str, Writer] = {}
     for comparison in result.comparisons:
         if comparison.rows:

@@ -1,4 +1,4 @@
-"""Trials: gyros of a recording, with or without what else measured their motion."""
+"""Trials: gyros of a recording, with or without another measurement of their motion."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Reference:
 
 @dataclass(frozen=True, eq=False)
 class Orientation:
-    """Where the sensor's axes point, measured by something else.
+    """Orientation of the sensor's axes, measured by another instrument.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ class Trial:
 
     @property
     def kind(self) -> Kind:
-        """What it can tell: without a reference it has to be at rest."""
+        """Kind of the trial: without a reference it has to be at rest."""
         if self.orientation is not None:
             return "orientation"
         return "rest" if self.reference is None else "turning"
@@ -279,7 +279,7 @@ def _find_companion(recording: Recording, kind: str, gyros: Log) -> Log | None:
 
 
 def _sensor_key(log: Log) -> tuple[object, str]:
-    """Return what tells the sensor of a log: its topic, and the name without the word of its kind.
+    """Return the key of a log's sensor: its topic, and the name without the word of its kind.
 
     So ``left_gyro_x`` and ``left_accel_x`` are of one sensor.
     """

@@ -23,7 +23,7 @@ _MAX_DELAY_S: Final = 0.5
 """Seconds by which a reference and a gyro may disagree on the time."""
 
 _DELAY_MARGIN_SAMPLES: Final = 4
-"""Samples that a delay needs besides."""
+"""Samples that a delay needs in addition."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class ReferenceFit:
     delay: float
 
     def note(self, source: str, name: str) -> str:
-        """Return what was fitted, as a sentence."""
+        """Return the result of the fit, as a sentence."""
         return (
             f"{source}: {name} fits {self.axis}: gyro = {self.scale:.4g} times the reference, late "
             f"by {1e3 * self.delay:.3g} ms; scale, sign and delay are taken out of the reference"
@@ -93,9 +93,9 @@ def turning_rows(
     Parameters
     ----------
     recording, match : Trial, Fitted
-        What methods are judged by.
+        Reference of the scores.
     methods : sequence of str or OwnMethod
-        What is judged.
+        Axis to score.
     samples : ndarray, shape (n, k)
         What they are fed with: the record's data, or a contaminated copy.
     """

@@ -47,7 +47,7 @@ class ArrayColumn(StrEnum):
 
 @dataclass(frozen=True)
 class ArraySettings:
-    """The array of a stream, and what its lines hold: the same after a restart.
+    """The array of a stream, and the contents of its lines: the same after a restart.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class ArraySettings:
     Raises
     ------
     ValueError
-        If the array has seen samples, or a column beside is not known.
+        If the array has seen samples, or an extra column is not known.
 
     Examples
     --------
@@ -168,7 +168,7 @@ class ArraySettings:
 
 
 class ArrayEngine(TimedEngine):
-    """Answers each sample with the rate of the body, and what is beside.
+    """Answers each sample with the rate of the body, and extra columns.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ class ArrayEngine(TimedEngine):
 
     @property
     def columns(self) -> Sequence[str]:
-        """Names of the rate's axes, and of what stands beside them."""
+        """Names of the rate's axes, and of the extra columns."""
         axes = [f"_{axis}" for axis in _AXES] if self._array.axes == 3 else [""]
         names = [f"rate{axis}" for axis in axes]
         extra_names = {
@@ -243,7 +243,7 @@ class ArrayEngine(TimedEngine):
         self._array = GyroArray.from_bytes(raw)
 
     def texts(self) -> list[str]:
-        """Return the rate of the body, and what was asked for beside it."""
+        """Return the rate of the body, and the extra columns that were requested."""
         texts = format_numbers(self._rate)
         for column in self._extra_columns:
             value = getattr(self._array, column)

@@ -41,7 +41,7 @@ _MAX_STEP_RATIO: Final = 30.0
 _MAX_ODD_LINES: Final = 10
 """Lines in a row that are."""
 _CHECKED_LINES: Final = 1000
-"""Lines at the beginning that show whether they are."""
+"""Number of lines for that test."""
 _MISSING_BLOCK_SAMPLES: Final = 1 << 16
 """Missing samples that the filter is given at once."""
 
@@ -102,7 +102,7 @@ _EXTRA_COLUMNS: Final[
 
 @dataclass(frozen=True)
 class AttitudeSettings:
-    """The filter of a stream of attitudes, and what its lines hold: the same after a restart.
+    """The filter of a stream of attitudes, and the contents of its lines: the same after a restart.
 
     Parameters
     ----------
@@ -111,9 +111,9 @@ class AttitudeSettings:
     frame : str
         Axes of the earth: ``"enu"``, ``"ned"`` or ``"nwu"``.
     mag : bool
-        Whether to use a magnetometer, if the lines hold one.
+        Use a magnetometer, if the lines hold one.
     beside : tuple of str
-        Further columns of an answer, of `AttitudeColumn`.
+        Extra columns of an answer, of `AttitudeColumn`.
     columns : tuple of str or int, optional
         Six or nine columns: gyro, accelerometer and maybe magnetometer, each x, y, z. By default
         those that a header line names so; without a header line all but the next two.
@@ -124,20 +124,20 @@ class AttitudeSettings:
     sequence_bits : int, optional
         Width of the counter that numbers the samples; None if it is to be learned.
     gyro_unit, accel_unit : str, optional
-        Where a header line does not say them.
+        Units, if a header line does not state them.
     gyro_scale, accel_scale : float, optional
-        What samples are multiplied by; the units are those that they have then.
+        Factors of the samples; the units are those of the products.
     bias_limit : float, optional
         Largest bias of the gyro, in its unit; default 10 deg/s.
     limit : float, optional
         End of the gyro's range, in its unit: a sample beyond it is missing. Default 4000 deg/s.
     learn_magnetometer : bool
-        Whether to learn the magnetometer's hard iron from the motion.
+        Learn the magnetometer's hard iron from the motion.
 
     Raises
     ------
     ValueError
-        If the rate, the frame, a column beside or a unit is not known.
+        If the rate, the frame, an extra column or a unit is not known.
 
     Examples
     --------
@@ -253,7 +253,7 @@ def _check_unit(name: str, unit: str, kind: str) -> None:
 
 
 class AttitudeEngine(TimedEngine):
-    """Answers each sample with the quaternion w, x, y, z from sensor to earth, and what is beside.
+    """Answers each sample with the quaternion w, x, y, z from sensor to earth, and extra columns.
 
     A line holds gyro, accelerometer and maybe magnetometer, three numbers each; an empty cell or
     ``nan`` is missing, and so is all of its sensor.
@@ -261,9 +261,9 @@ class AttitudeEngine(TimedEngine):
     Parameters
     ----------
     opened : Opened
-        What the first line told.
+        Contents of the first line.
     settings : AttitudeSettings
-        What was asked for.
+        Requested settings.
     filter : Attitude
         The filter.
     samples : int
@@ -294,12 +294,12 @@ class AttitudeEngine(TimedEngine):
 
     @property
     def columns(self) -> Sequence[str]:
-        """Names of the quaternion's numbers and of what stands beside them."""
+        """Names of the quaternion's numbers and of the extra columns."""
         return [*_QUATERNION, *(name for names, _ in self._extra_columns for name in names)]
 
     @property
     def opening(self) -> str:
-        """A sentence on which columns are of which sensor."""
+        """A sentence on the columns of each sensor."""
         labels, first_line = self.layout.labels, self._first_line
         groups = [", ".join(labels[i : i + 3]) for i in range(0, len(labels), 3)]
         parts = [f"gyro {groups[0]} in {first_line.gyro_unit}"]
@@ -339,7 +339,7 @@ class AttitudeEngine(TimedEngine):
             count -= n
 
     def texts(self) -> list[str]:
-        """Return the orientation, and what was asked for beside it."""
+        """Return the orientation, and the extra columns that were requested."""
         texts = format_numbers(self._quaternion)
         for _, read in self._extra_columns:
             texts += format_numbers(read(self._filter))
@@ -372,13 +372,13 @@ class AttitudeEngine(TimedEngine):
         )
 
     def sentences(self) -> Iterator[str]:
-        """Yield what there is to say at the end."""
+        """Yield the notes at the end."""
         yield from super().sentences()
         if self._filter.status == "wrong unit":
             yield "what the accelerometer shows at rest is not gravity: is its unit right?"
 
     def state(self) -> dict[str, Any]:
-        """Return what the first line told, and how the time goes on."""
+        """Return the contents of the first line, and the state of the clock."""
         first_line = asdict(self._first_line)
         del first_line["layout"]
         return {"opened": first_line, **self.timing()}
@@ -419,7 +419,7 @@ class AttitudeEngine(TimedEngine):
 
 @dataclass(frozen=True)
 class FirstLine:
-    """What the first line tells: where everything stands, and the units."""
+    """Contents of the first line: the columns' positions, and the units."""
 
     layout: Layout
     gyro_unit: str
@@ -429,7 +429,7 @@ class FirstLine:
 def _read_first_line(
     cells: Sequence[str], settings: AttitudeSettings, fields: int | None
 ) -> FirstLine:
-    """Return what the first line shows, be it a header or a sample."""
+    """Return the contents of the first line, be it a header or a sample."""
     if list(cells) == [""]:
         raise LineError("it is empty, expected names or numbers")
     if fields not in (None, len(cells)):

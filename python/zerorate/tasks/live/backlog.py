@@ -23,20 +23,20 @@ class BacklogFilter:
     """A filter with the missing samples that it has not been given yet.
 
     It catches up with a long gap in pieces, one with each sample that comes. Such a sample is
-    answered with the drift as known so far, and counts as missing: the state does not depend on how
-    fast the machine is.
+    answered with the drift as known to date, and counts as missing: the state does not depend on
+    how fast the machine is.
 
     Parameters
     ----------
     filter : DriftFilter
         For one channel it takes floats.
     beside : sequence of Beside
-        Further columns of an answer.
+        Extra columns of an answer.
     owed : int
         Missing samples that the filter has not been given.
     motion : MotionDetector, optional
-        What sees motion in the accelerometer beside the gyro; a filter that holds is told of it,
-        as in a replay.
+        Detector of motion by the accelerometer next to the gyro; a filter that holds is given its
+        flag, as in a replay.
     """
 
     filter: DriftFilter
@@ -45,7 +45,7 @@ class BacklogFilter:
     motion: MotionDetector[Any] | None = None
 
     def __post_init__(self) -> None:
-        """Derive how much is predicted in between."""
+        """Derive the prediction in between."""
         self._holds_in_motion = self.motion is not None and self.filter.params["motion"] == "hold"
         self._width = self.filter.channels or 1
         params = self.filter.params
@@ -58,7 +58,7 @@ class BacklogFilter:
         )
 
     def answer(self, row: list[float], force: Sequence[float] = _NO_FORCE) -> list[str]:
-        """Return what a sample is answered with: one text a channel, then those beside it.
+        """Return the answer to a sample: one text a channel, then the extra ones.
 
         `force` is what the accelerometer shows, three numbers, if there is one.
         """
@@ -80,12 +80,12 @@ class BacklogFilter:
             self._predict(self.pending_count)
 
     def snapshot(self) -> list[Any]:
-        """Return all that samples change: what is owed, the filter, what sees motion."""
+        """Return all that samples change: the pending count, the filter, the motion detector."""
         motion = None if self.motion is None else self.motion.to_bytes()
         return [self.pending_count, self.filter.to_bytes(), motion]
 
     def restore(self, saved: Sequence[Any]) -> None:
-        """Take what `saved` gave."""
+        """Restore the state from `saved`."""
         self.pending_count, filter_, motion = saved
         self.filter = DriftFilter.from_bytes(filter_)
         self.motion = None if motion is None else MotionDetector.from_bytes(motion)

@@ -1,4 +1,4 @@
-"""The bytes of a stream's state, of any engine, and what they must hold."""
+"""The bytes of a stream's state, of any engine, and their required contents."""
 
 import zlib
 from collections.abc import Callable, Mapping, Sequence
@@ -36,7 +36,7 @@ FOREIGN_STATE_ERRORS: Final = (
     OverflowError,
     RecursionError,
 )
-"""What JSON of another kind raises where it is taken for a state."""
+"""Errors that JSON of another kind raises when it is read as a state."""
 
 
 class CheckpointError(ValueError):
@@ -73,7 +73,7 @@ def unpack_checkpoint(raw: bytes) -> tuple[bytes, bytes]:
 
 @dataclass(frozen=True)
 class StreamState:
-    """What the state of any engine holds, and all its fields."""
+    """State of any engine, with all its fields."""
 
     engine: str
     settings: Mapping[str, Any]
@@ -151,7 +151,7 @@ def check_settings(
 
 
 def sequence_state(sequence: SequenceCount) -> list[Any]:
-    """Return what is counted of sequence numbers, as JSON keeps it."""
+    """Return the counts of sequence numbers, as JSON keeps them."""
     return [getattr(sequence, name) for name in _SEQUENCE_FIELDS]
 
 
@@ -162,7 +162,7 @@ def _format_value(value: object) -> str:
 
 
 def restore_sequence(settings: EngineSettings, saved: Sequence[Any]) -> SequenceCount:
-    """Return what `sequence_state` gave; one of `FOREIGN_STATE_ERRORS` if it is of another kind."""
+    """Restore the counts of `sequence_state`; one of `FOREIGN_STATE_ERRORS` for another kind."""
     counts = dict(zip(_SEQUENCE_FIELDS, saved, strict=True))
     for name in ("lost_count", "late_count", "restart_count", "run"):
         check_count(counts[name])

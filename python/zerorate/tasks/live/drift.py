@@ -2,8 +2,8 @@
 
 import base64
 import math
-from collections.abc import Iterator, Sequence
-from typing import Any, Final
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
@@ -18,7 +18,10 @@ from zerorate.tasks.live.view import View
 
 _NEXT_STEP: Final = Step(0, None, math.nan)
 _HEAD_SAMPLES: Final = 100
-"""Samples that tell whether they look like raw counts."""
+"""Number of samples for the test for raw counts."""
+
+
+Corrector: TypeAlias = Callable[[list[float], list[float]], list[float]]
 
 
 class DriftEngine(TimedEngine):
@@ -36,8 +39,10 @@ class DriftEngine(TimedEngine):
         Samples that it has seen, those lost or garbled among them.
     accel : sequence of int
         Columns of an accelerometer, x, y, z; none if there is none.
-    clocked : Clocked, optional
+    stamp_clock : StampClock, optional
         The clock whose gaps are missing samples.
+    correct : callable, optional
+        Corrects a gyro's sample by a calibration, given the accelerometer's.
     """
 
     def __init__(
@@ -49,6 +54,7 @@ class DriftEngine(TimedEngine):
         samples: int = 0,
         accel: Sequence[int] = (),
         stamp_clock: StampClock | None = None,
+        correct: Corrector | None = None,
     ) -> None:
         super().__init__(layout, samples, stamp_clock)
         self._texts: list[str] = []
@@ -56,10 +62,11 @@ class DriftEngine(TimedEngine):
         self._head: list[list[float]] = []
         self._gyro: list[float] | None = None
         self._accel = tuple(accel)
+        self._correct = correct
 
     @property
     def columns(self) -> Sequence[str]:
-        """Names of the channels, and of what stands beside them."""
+        """Names of the channels, and of the extra columns."""
         extra_names = (
             f"{column}_{name}" for column in self._backlog.extra_columns for name in self._names
         )
@@ -83,7 +90,7 @@ class DriftEngine(TimedEngine):
         return (gyro, force), self.stamp(cells)
 
     def numbers(self, row: tuple[list[float], list[float]]) -> list[float]:
-        """Return the numbers that all are the same where a row repeats the one before."""
+        """Return the numbers that are all the same where a row repeats the one before."""
         return [*row[0], *row[1]]
 
     def feed(self, row: tuple[list[float], list[float]], step: Step, left_out: bool) -> None:
@@ -97,19 +104,21 @@ class DriftEngine(TimedEngine):
             gyro = [value * self._scale for value in gyro]
         elif self.samples <= _HEAD_SAMPLES:
             self._head.append(gyro)
+        if self._correct is not None:
+            gyro = self._correct(gyro, force)
         self._gyro = gyro
         backlog = self._backlog
         self._texts = backlog.answer(gyro, force) if force else backlog.answer(gyro)
 
     def answer(self, sample: tuple[Any, float | None]) -> list[str]:
-        """Return what there is to say after a sample."""
+        """Return the answer to a sample."""
         if self.stamp_clock is not None:
             return super().answer(sample)
         self.feed(sample[0], _NEXT_STEP, False)
         return self._texts
 
     def texts(self) -> list[str]:
-        """Return the rate of each channel, and what was asked for beside it."""
+        """Return the rate of each channel, and the extra columns that were requested."""
         return self._texts
 
     def snapshot(self) -> list[Any]:
@@ -132,7 +141,7 @@ class DriftEngine(TimedEngine):
 
     @property
     def opening(self) -> str | None:
-        """A sentence on which columns are filtered, None if a line holds nothing but a sample."""
+        """A sentence on the filtered columns, None if a line holds nothing but a sample."""
         layout, passing = self.layout, self.layout.passthrough_labels
         if layout.names is None and not passing:
             count = layout.fields
@@ -142,7 +151,7 @@ class DriftEngine(TimedEngine):
         filters = f"filters {', '.join(layout.labels)}{times}{unit}"
         if self._accel:
             names = layout.names or tuple(f"column {i}" for i in range(layout.fields))
-            filters += f", told of motion by {', '.join(names[i] for i in self._accel)}"
+            filters += f", given motion by {', '.join(names[i] for i in self._accel)}"
         return f"{filters}; passes on {', '.join(passing)}" if passing else filters
 
     def notice(self) -> str | None:
@@ -153,7 +162,7 @@ class DriftEngine(TimedEngine):
         return describe_counts(self._names, "gyro", self.layout.unit or UNKNOWN_UNIT, head)
 
     def sentences(self) -> Iterator[str]:
-        """Yield what there is to say of the samples that the filter has left out so far."""
+        """Yield notes on the samples that the filter has left out to date."""
         yield from super().sentences()
         filter_ = self._backlog.filter
         seen = filter_.samples_seen
@@ -177,7 +186,7 @@ class DriftEngine(TimedEngine):
         )
 
     def state(self) -> dict[str, Any]:
-        """Return how many missing samples the filter has not been given, and who sees motion."""
+        """Return the count of missing samples still to be given, and the detector's state."""
         motion = self._backlog.motion
         fields = {"owed": self._backlog.pending_count, **self.timing()}
         if motion is None:

@@ -1,4 +1,4 @@
-"""What a stream of lines asks of its engine, be it a filter of drift, an array or a navigation."""
+"""Interface between a stream of lines and its engine: a drift filter, an array or a navigation."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
@@ -9,7 +9,7 @@ from zerorate.tasks.live.view import View
 
 
 class Engine(ABC):
-    """Answers samples, and knows what of it a checkpoint must hold.
+    """Answers samples, and defines the contents of its checkpoints.
 
     An answer is all cells of a line that are no sample, then what the engine has to say.
 
@@ -28,7 +28,7 @@ class Engine(ABC):
     @property
     @abstractmethod
     def columns(self) -> Sequence[str]:
-        """Names of what an answer says."""
+        """Names of the columns of an answer."""
 
     def read(self, cells: Sequence[str]) -> Any:  # noqa: ANN401  # each engine has its own
         """Return the sample in the cells of a line; LineError if there is none."""
@@ -40,11 +40,11 @@ class Engine(ABC):
 
     @abstractmethod
     def answer(self, sample: Any) -> list[str]:  # noqa: ANN401
-        """Return what there is to say after a sample."""
+        """Return the answer to a sample."""
 
     @abstractmethod
     def state(self) -> dict[str, Any]:
-        """Return what the filter's own bytes do not hold, as JSON keeps it."""
+        """Return the state outside the filter's own bytes, as JSON keeps it."""
 
     @abstractmethod
     def to_bytes(self) -> bytes:
@@ -72,12 +72,12 @@ class Engine(ABC):
         return (cell for i, cell in enumerate(cells) if i not in self.layout.channels)
 
     def view(self) -> View | None:
-        """Return what a person may watch, None where there is nothing yet."""
+        """Return the current view, None where there is nothing yet."""
         return None
 
     @property
     def opening(self) -> str | None:
-        """A sentence on what the columns are, None if there is none to say."""
+        """A sentence on the columns, None if there is none to say."""
         return None
 
     def notice(self) -> str | None:
@@ -85,12 +85,12 @@ class Engine(ABC):
         return None
 
     def sentences(self) -> Iterator[str]:
-        """Yield what there is to say at the end."""
+        """Yield the notes at the end."""
         yield from ()
 
 
 class EngineSettings(Protocol):
-    """An engine that is asked for, and what its lines hold: the same after a restart."""
+    """A requested engine, and the contents of its lines: the same after a restart."""
 
     kind: ClassVar[str]
     """Word for the engine in a checkpoint."""

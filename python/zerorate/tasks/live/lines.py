@@ -35,7 +35,7 @@ class LineError(ValueError):
 
 
 class ColumnError(LineError):
-    """A line shows that the columns are others than was asked for: no later line can be used."""
+    """A line shows that the columns differ from the request: no later line can be used."""
 
 
 def split_cells(line: str) -> list[str]:
@@ -47,7 +47,7 @@ def split_cells(line: str) -> list[str]:
 
 @dataclass(frozen=True)
 class ColumnRequest:
-    """What was asked for: columns by name or position, None for those that hold gyros."""
+    """Request for columns by name or position, None for those that hold gyros."""
 
     columns: tuple[str | int, ...] | None = None
     sequence: str | int | None = None
@@ -55,12 +55,12 @@ class ColumnRequest:
     unit: str | None = None
     time: str | int | None = None
     mixed: bool = False
-    """Whether channels are of several units, so that there is no unit of all."""
+    """True if channels are of several units, so that there is no unit of all."""
 
 
 @dataclass(frozen=True)
 class Layout:
-    """How every line is laid out: which columns are filtered; all others pass through.
+    """Layout of every line: the columns that are filtered; all others pass through.
 
     `names` are those of the header, if there was one, and `unit` is that of the channels, if it is
     known.
@@ -74,13 +74,13 @@ class Layout:
 
     @property
     def labels(self) -> list[str]:
-        """What the channels are called: their names, else their positions."""
+        """Labels of the channels: their names, else their positions."""
         names = self.names or tuple(f"column {i}" for i in range(self.fields))
         return [names[i] for i in self.channels]
 
     @property
     def passthrough_labels(self) -> list[str]:
-        """What the columns that pass through are called."""
+        """Labels of the columns that pass through."""
         names = self.names or tuple(map(str, range(self.fields)))
         return [name for i, name in enumerate(names) if i not in self.channels]
 
@@ -102,7 +102,7 @@ class Layout:
         return int(cell)
 
     def is_header(self, cells: Sequence[str]) -> bool:
-        """Return whether a line names the columns again; ColumnError if it names others."""
+        """Return True if a line names the columns again; ColumnError if it names others."""
         if self.names is None or not any(cell[:1].isalpha() for cell in cells):
             return False
         cell_names = _fill_names(cells)
@@ -183,7 +183,7 @@ def header_names(
 ) -> tuple[str, ...] | None:
     """Return the names in a first line, None if it holds a sample; LineError if neither.
 
-    Where numbers stand in all of the positions that were asked for, other cells are labels.
+    If numbers stand in all of the requested positions, other cells are labels.
     """
     places = [i for i in columns or () if isinstance(i, int) and 0 <= i < len(cells)]
     if places and len(places) == len(columns or ()) and all(_is_number(cells[i]) for i in places):
@@ -208,7 +208,7 @@ def _describe_no_channel(names: Sequence[str] | None) -> str:
 def _check_channels(
     channels: Sequence[int], sequence: int | None, names: Sequence[str] | None
 ) -> None:
-    """Refuse columns that were asked for as gyros and are none."""
+    """Refuse columns that were requested as gyros and are none."""
     if len(set(channels)) < len(channels):
         raise ColumnError(make_sentence(keyword_argument("columns"), " names a column twice"))
     if sequence in channels:
@@ -265,7 +265,7 @@ def _fill_names(cells: Sequence[str]) -> tuple[str, ...]:
 
 
 def position_of(column: str | int, names: tuple[str, ...] | None, fields: int) -> int:
-    """Return the position of a column that was asked for; ColumnError if there is none."""
+    """Return the position of a requested column; ColumnError if there is none."""
     if isinstance(column, int):
         if not 0 <= column < fields:
             raise ColumnError(f"there is no column {column}, the line has {fields}, from 0 on")
@@ -300,7 +300,7 @@ def number_or_nan(cell: str) -> float:
 
 
 def _is_number(cell: str) -> bool:
-    """Return whether a cell holds a number, or says that one is missing."""
+    """Return True if a cell holds a number, or says that one is missing."""
     try:
         _parse_number(cell)
     except LineError:

@@ -42,7 +42,7 @@ _COLUMNS: Final = (
 _COLUMN_COUNTS: Final = (6, 9, 12)
 _SENSOR_UNITS: Final = ("rad/s", "m/s^2")
 _MAX_TIME_S: Final = 4e9
-"""Seconds that the filter can tell apart to a microsecond."""
+"""Largest time that the filter resolves to a microsecond, s."""
 _MAX_MISSING_SAMPLES: Final = 1 << 14
 """Missing samples that are given one by one."""
 
@@ -71,7 +71,7 @@ _EXTRA_COLUMNS: Final[Mapping[NavigationColumn, tuple[str, ...]]] = {
 
 @dataclass(frozen=True)
 class NavigationSettings:
-    """The navigation filter of a stream, and what its lines hold: the same after a restart.
+    """The navigation filter of a stream, and the contents of its lines: the same after a restart.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class NavigationSettings:
     Raises
     ------
     ValueError
-        If the filter has seen samples, or a column beside is not known.
+        If the filter has seen samples, or an extra column is not known.
 
     Examples
     --------
@@ -233,14 +233,14 @@ _SETTING_FIELDS: Final = (
 
 
 class NavigationEngine(TimedEngine):
-    """Answers each sample with place, velocity and orientation, and what is beside.
+    """Answers each sample with position, velocity and orientation, and extra columns.
 
     Parameters
     ----------
     layout : Layout
         How every line is laid out.
     settings : NavigationSettings
-        What was asked for.
+        Requested settings.
     nav : NavigationFilter
         The filter.
     clocked : Clocked
@@ -266,7 +266,7 @@ class NavigationEngine(TimedEngine):
 
     @property
     def columns(self) -> Sequence[str]:
-        """Names of what an answer says."""
+        """Names of the columns of an answer."""
         return [
             *_COLUMNS,
             *(name for column in self._extra_columns for name in _EXTRA_COLUMNS[column]),
@@ -303,7 +303,7 @@ class NavigationEngine(TimedEngine):
         self._status_and_verdict = status, verdict
 
     def _miss(self, step: Step, time: float) -> None:
-        """Give missing samples to the filter; of a long gap the time tells the rest."""
+        """Give missing samples to the filter; for a long gap the time is enough."""
         dt = 1.0 / self._settings.rate if step.dt is None else step.dt
         nothing = np.full(3, np.nan)
         for i in range(min(step.missing, _MAX_MISSING_SAMPLES), 0, -1):
@@ -311,7 +311,7 @@ class NavigationEngine(TimedEngine):
             self._nav.update(time - i * dt, nothing, nothing)
 
     def texts(self) -> list[str]:
-        """Return place, velocity and orientation, and what was asked for beside them."""
+        """Return position, velocity and orientation, and the extra columns that were requested."""
         nav, (status, verdict) = self._nav, self._status_and_verdict
         texts = [
             text

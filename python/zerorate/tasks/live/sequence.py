@@ -1,4 +1,4 @@
-"""The sequence numbers of a stream: what was lost, what came late, and where they wrap."""
+"""The sequence numbers of a stream: lost and late samples, and the wrap."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -16,10 +16,10 @@ _MIN_LEARNED_BITS: Final = 8
 
 @dataclass
 class SequenceCount:
-    """Counts what a source lost, by the numbers of the samples that came.
+    """Counts the samples that a source lost, by the numbers of those that came.
 
     A number that repeats, or is up to a second behind, comes late. One further back, or more than
-    an hour ahead, is a source that began anew, and so is the last of 32 in a row that come late.
+    an hour ahead, is a source that restarted, and so is the last of 32 in a row that come late.
 
     Numbers that wrap are known by `bits`, or learned: where the step from the highest to the lowest
     is that of a counter of 8 bits or more, or where the numbers turn back twice at the same place.
@@ -38,7 +38,7 @@ class SequenceCount:
     turn : (int, int) or None
         Lowest and highest number, where they turned back last.
     wraps : bool
-        Whether the numbers are known to wrap there.
+        True if the numbers are known to wrap there.
     run, lowest : int
         How many came late since the newest sample, and the lowest of them.
     """
@@ -61,7 +61,7 @@ class SequenceCount:
 
     @property
     def is_possible(self) -> bool:
-        """Whether numbers could have come to this state."""
+        """True if numbers could have led to this state."""
         if self.bits is not None:
             ranges = [_counter_range(self.bits, signed) for signed in (False, True)]
             return self.wraps and self.turn in ranges
@@ -77,7 +77,7 @@ class SequenceCount:
         return self.last + 1
 
     def step(self, number: int) -> int | None:
-        """Return how many samples are missing before this one, None if it comes too late.
+        """Return the number of samples missing before this one, None if it comes too late.
 
         Raises
         ------
@@ -97,7 +97,7 @@ class SequenceCount:
         return ahead - 1
 
     def _steps_ahead(self, last: int, number: int) -> int:
-        """Return how far a number is ahead, in numbers of which the wrap is one as any other."""
+        """Return the steps by which a number is ahead, where the wrap is a step as any other."""
         ahead = number - last
         if not self.wraps and ahead < 0:
             self._learn_wrap(last, number)

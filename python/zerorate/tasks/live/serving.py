@@ -151,7 +151,7 @@ class Saver:
     def finish(self, stream: LineStream | None) -> None:
         """Wait for the last checkpoint, and save once more; OSError if that cannot be done.
 
-        Pass None if it is not known whether all was answered: the last checkpoint stands then.
+        Pass None if some answers may be missing: the last checkpoint stands then.
         """
         self._thread.shutdown()
         if stream is not None and stream.open:
@@ -182,7 +182,7 @@ class Server:
         Takes a sentence on which columns are filtered, on what looks like raw counts, on each of
         the first ten garbled lines, and of the first ten restarts of the sequence numbers.
     allow_garbled_start : bool
-        Whether garbled lines may come before the first whole one.
+        Allow garbled lines before the first whole one.
     watcher : Watcher, optional
         Looks at the stream after an answer has been given.
     """
@@ -195,7 +195,7 @@ class Server:
     garbled_count: int = field(default=0, init=False)
     restart_count: int = field(default=0, init=False)
     answer_pending: bool = field(default=False, init=False)
-    """Whether a sample was taken, but its answer not given: such a state is not to be saved."""
+    """True if a sample was taken, but not answered: such a state must not be saved."""
 
     def serve(self, source: Iterable[Line]) -> None:
         """Answer every line of a source."""
@@ -222,7 +222,7 @@ class Server:
             self.watcher.finish(self.stream)
 
     def sentences(self, numbered: bool) -> Iterator[str]:
-        """Yield what was lost, if samples are numbered, garbled, or left out by the filter."""
+        """Yield notes on samples that are lost, if they are numbered, garbled, or left out."""
         yield from self.stream.sentences()
         count = self.stream.sequence
         if self.stream.open and numbered:
@@ -230,7 +230,7 @@ class Server:
             yield (
                 f"{self.stream.samples} samples, {count.lost_count} of them lost; "
                 f"{count.late_count} came late or again; "
-                f"the numbers began anew {count.restart_count} times{wrap}"
+                f"the numbers restarted {count.restart_count} times{wrap}"
             )
         if self.garbled_count:
             yield f"garbled lines: {self.garbled_count}"
@@ -267,4 +267,4 @@ class Server:
         self.restart_count += 1
         if self.restart_count <= _MAX_WARNINGS:
             last = self.stream.sequence.last
-            self.warn(f"line {number}: the sequence numbers begin anew, here with {last}")
+            self.warn(f"line {number}: the sequence numbers restart, here with {last}")

@@ -1,4 +1,4 @@
-"""What a stream is asked for: its filter, and what its lines hold."""
+"""Settings of a stream: its filter, and the contents of its lines."""
 
 import base64
 from collections.abc import Mapping, Sequence
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Final, Self, Unpack
 
 from zerorate._native import DriftFilter, MotionDetector
+from zerorate.calibration.calibration import Calibration
 from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.io.clocks.units import check_time_unit
 from zerorate.io.counts import Scale, Scaling
@@ -17,7 +18,7 @@ from zerorate.options import (
     add_rest_limits,
     check_options,
 )
-from zerorate.record.names import canonical_unit
+from zerorate.record.names import UNKNOWN_UNIT, canonical_unit, common_unit
 from zerorate.tasks.live.backlog import BacklogFilter
 from zerorate.tasks.live.checkpoint import (
     check_count,
@@ -25,7 +26,7 @@ from zerorate.tasks.live.checkpoint import (
     restore_filter,
     tuples_to_lists,
 )
-from zerorate.tasks.live.drift import DriftEngine
+from zerorate.tasks.live.drift import Corrector, DriftEngine
 from zerorate.tasks.live.engine import Engine
 from zerorate.tasks.live.lines import (
     ColumnError,
@@ -48,13 +49,14 @@ _LINE_FIELDS: Final = (
     "accel_columns",
     "time",
     "time_unit",
+    "calibration",
 )
 _AXES: Final = 3
 
 
 @dataclass(frozen=True, init=False)
 class Settings:
-    """The filter of a stream, and what its lines hold: the same after a restart.
+    """The filter of a stream, and the contents of its lines: the same after a restart.
 
     Parameters
     ----------
@@ -70,19 +72,22 @@ class Settings:
         Of the channels, where a header line does not say it. If it is known, `rest_limit` is
         10 deg/s and `bias_limit` 20 deg/s unless they are given; None is no limit.
     data_scale : float, optional
-        What samples are multiplied by, such as raw counts; the unit is the one they have then.
+        Factor of the samples, such as raw counts; the unit is that of the product.
     sequence : str or int, optional
         Column of the sequence number; None for no such column.
     sequence_bits : int, optional
         Width of the counter that numbers the samples; None if it is to be learned.
     accel_columns : tuple of str or int, optional
-        Those of an accelerometer, x, y, z, which tells the filter of motion, as in a replay, and
-        passes through. By default those that a header line names like the one of the gyro; none if
-        empty.
+        Columns of an accelerometer, x, y, z, which detects motion for the filter, as in a replay,
+        and passes through. By default those that a header line names like the one of the gyro; none
+        if empty.
     time : str or int, optional
         Column of the time of each sample: samples that its gaps show are missing.
     time_unit : str, optional
         Its unit, as ``time_unit`` of `zerorate.read_log`, where its name does not say it.
+    calibration : Calibration or str, optional
+        What the gyro is corrected by, with the accelerometer's force where lines hold it; or its
+        JSON.
     **options
         Arguments of `zerorate.DriftFilter`, with its defaults: method "auto", output
         "compensated".
@@ -112,6 +117,7 @@ class Settings:
     accel_columns: tuple[str | int, ...] | None
     time: str | int | None
     time_unit: str | None
+    calibration: str | None
     options: Mapping[str, Any]
 
     def __init__(
@@ -127,6 +133,7 @@ class Settings:
         accel_columns: tuple[str | int, ...] | None = None,
         time: str | int | None = None,
         time_unit: str | None = None,
+        calibration: Calibration | str | None = None,
         **options: Unpack[StreamOptions],
     ) -> None:
         if sequence_bits is not None:
@@ -135,11 +142,14 @@ class Settings:
             raise ArgumentError("accel_columns", f"takes three columns, got {len(accel_columns)}")
         filter_options = check_options(options)
         # Written out, so that it is the same setting whether given or not, but for the limits: what
-        # they are by default depends on the unit, which a header line may tell.
+        # they are by default depends on the unit, which a header line may state.
         params: Mapping[str, Any] = DriftFilter(rate, **filter_options).params
         settled = params.keys() - (REST_LIMITS.keys() - filter_options.keys())
         stored_options = {name: params[name] for name in FILTER_OPTIONS if name in settled}
         Scaling.of(data_scale)
+        calibration_text = (
+            calibration if isinstance(calibration, str | None) else calibration.to_json()
+        )
         vars(self).update(
             rate=rate,
             beside=tuple(map(DriftColumn, beside)),
@@ -151,6 +161,7 @@ class Settings:
             accel_columns=accel_columns,
             time=time,
             time_unit=check_time_unit(time_unit),
+            calibration=calibration_text,
             options=stored_options,
         )
 
@@ -230,7 +241,35 @@ class Settings:
         stamp_clock: StampClock | None,
     ) -> DriftEngine:
         limit = self.options["limit"]
-        return DriftEngine(layout, backlog, self.data_scale, limit, samples, accel, stamp_clock)
+        correct = self._make_corrector(layout, accel)
+        return DriftEngine(
+            layout, backlog, self.data_scale, limit, samples, accel, stamp_clock, correct
+        )
+
+    def _make_corrector(self, layout: Layout, accel: tuple[int, ...]) -> Corrector | None:
+        """Return the corrector of samples; ColumnError if the calibration is of other sensors."""
+        if self.calibration is None:
+            return None
+        if len(layout.channels) != _AXES:
+            raise ColumnError(
+                f"a calibration is of a gyro of three axes, the lines have {len(layout.channels)}"
+            )
+        if layout.unit is None:
+            raise ColumnError(
+                make_sentence(
+                    "a calibration needs the unit of the gyro, which the lines do not say: give ",
+                    keyword_argument("unit"),
+                )
+            )
+        force_unit = _unit_of_accel(layout, accel)
+        calibration = Calibration.from_json(self.calibration).in_units(
+            gyro=layout.unit, accel=force_unit
+        )
+        if force_unit is None:
+            gyro_alone = calibration.corrector(inputs=3)
+            return lambda gyro, force: gyro_alone.update(gyro).tolist()
+        both = calibration.corrector()
+        return lambda gyro, force: both.update([*gyro, *force])[0].tolist()
 
     def as_json(self) -> dict[str, Any]:
         """Return the settings as JSON keeps them."""
@@ -247,8 +286,16 @@ class Settings:
         return cls(**line_fields, **options)
 
 
+def _unit_of_accel(layout: Layout, accel: tuple[int, ...]) -> str | None:
+    """Return the unit of the accelerometer by its columns' names, None if it is not known."""
+    if not accel or layout.names is None:
+        return None
+    unit = common_unit([layout.names[i] for i in accel], None, None)
+    return None if unit == UNKNOWN_UNIT else unit
+
+
 def _restore_motion(saved: Mapping[str, Any], rate: float) -> MotionDetector[bool] | None:
-    """Return what a checkpoint holds that sees motion; None if it is of another rate."""
+    """Return the motion detector of a checkpoint; None if it is of another rate."""
     detector = restore_filter(
         MotionDetector.from_bytes, base64.b64decode(saved["motion"], validate=True)
     )

@@ -1,4 +1,4 @@
-"""Where the bytes of a live device come from: a serial line, sockets, pushes, Bluetooth."""
+"""Sources of a live device's bytes: a serial line, sockets, pushes, Bluetooth."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _TIMEOUT_S: Final = 30.0
 """How long a connection or a device is waited for."""
 _DEFAULT_BAUD: Final = 115200
 _MAX_QUEUED: Final = 1 << 12
-"""Messages that wait at most; a source that is faster than the filter is held up, or told off."""
+"""Largest number of waiting messages; a source faster than the filter is held up or refused."""
 
 _Read: TypeAlias = Callable[[], bytes]
 """Returns the next bytes, none at the end."""
@@ -35,7 +35,7 @@ class AddressError(ValueError):
 
 @dataclass(frozen=True)
 class SourceKind:
-    """A kind of source: how its address is typed, and what it is."""
+    """A kind of source: the form of its address, and its description."""
 
     address: str
     meaning: str
@@ -43,7 +43,7 @@ class SourceKind:
 
 
 class _ByteReader(io.RawIOBase):
-    """Pieces of any size as a file, so that lines and bytes are read of it alike."""
+    """Pieces of any size as a file, from which lines and bytes are read in the same way."""
 
     def __init__(self, read: _Read) -> None:
         self._read, self._rest = read, b""
@@ -86,7 +86,7 @@ def _check_installed(module: str, what: str) -> None:
 
 
 def _end_line(message: bytes, protocol: PacketProtocol | None) -> bytes:
-    """Return a message with a line's end, where lines are what is read."""
+    """Return a message with a line's end, if the source is read by lines."""
     is_complete = message.endswith(b"\n") or not (protocol is None or protocol.lines)
     return message if is_complete else message + b"\n"
 
@@ -168,7 +168,7 @@ def _open_http(target: str, protocol: PacketProtocol | None) -> Iterator[_Read]:
             self.end_headers()
 
         def log_message(self, *_: object) -> None:
-            """Say nothing: stderr is for what is wrong with the samples."""
+            """Say nothing: stderr is for faults of the samples."""
 
     with ThreadingHTTPServer(_parse_host_port(target, "http"), Handler) as server:
         thread = threading.Thread(target=server.serve_forever, daemon=True)
@@ -212,7 +212,7 @@ def _read_notifications(
     pieces: queue.Queue[bytes | Exception],
     stopped: threading.Event,
 ) -> None:
-    """Put what a device notifies, nothing at its end, or the error that ends it."""
+    """Put a device's notifications, nothing at its end, or the error that ends it."""
     from bleak import BleakClient
 
     async def run() -> None:

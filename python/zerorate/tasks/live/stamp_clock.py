@@ -1,4 +1,4 @@
-"""Samples on their clock: what a stream decides before later stamps come, and how it is mended."""
+"""Samples on their clock: decisions before later stamps come, and their corrections."""
 
 import base64
 import math
@@ -17,7 +17,7 @@ from zerorate.tasks.live.lines import Layout, LineError, position_of
 
 
 class StampClock(NamedTuple):
-    """The column of the stamps, what reads them, and their clock."""
+    """The column of the stamps, their reader, and their clock."""
 
     column: int
     cells: StampCells
@@ -41,9 +41,9 @@ class StampClock(NamedTuple):
         return cls(column, StampCells(rate, unit, name), CausalClock(rate, times))
 
     def sentences(self) -> Iterator[str]:
-        """Yield what was mended, and how often."""
+        """Yield the corrections, with their counts."""
         if self.cells.wrap_count:
-            yield f"clock: began anew {self.cells.wrap_count} times as counters do; it goes on"
+            yield f"clock: wrapped {self.cells.wrap_count} times as counters do; it goes on"
         yield from self.clock.sentences()
 
     def with_new_clock(self) -> Self:
@@ -56,7 +56,7 @@ class StampClock(NamedTuple):
 
     @classmethod
     def of_state(cls, rate: float, state: Sequence[Any]) -> Self:
-        """Return what `state` gave; ValueError, TypeError or KeyError if it is of another kind."""
+        """Return the clock of a saved `state`; ValueError, TypeError or KeyError for others."""
         column, cells, clock = state
         return cls(
             check_count(column), StampCells.of_state(rate, cells), CausalClock.of_state(rate, clock)
@@ -67,7 +67,7 @@ _NEXT_STEP: Final = Step(0, None, math.nan)
 
 
 class TimedEngine(Engine):
-    """An engine whose samples may be seen again in the light of later ones.
+    """An engine that may process its samples again with later ones.
 
     While the clock or the check of rates is undecided, samples are kept next to what the filter was
     before them. If a decision is reversed, the filter takes them again as they should have been: it
@@ -110,7 +110,7 @@ class TimedEngine(Engine):
 
     @abstractmethod
     def texts(self) -> list[str]:
-        """Return what there is to say after the last sample."""
+        """Return the texts after the last sample."""
 
     @abstractmethod
     def snapshot(self) -> list[int | bytes]:
@@ -135,7 +135,7 @@ class TimedEngine(Engine):
             self._lost += count
 
     def answer(self, sample: tuple[Any, float | None]) -> list[str]:
-        """Return what there is to say after a sample."""
+        """Return the answer to a sample."""
         row, stamp = sample
         if self._held_rows is None:
             self._take(row, stamp)
@@ -150,7 +150,7 @@ class TimedEngine(Engine):
         return row  # type: ignore[no-any-return]
 
     def _examine_row(self, held: HeldRows, row: Any, stamp: float | None) -> None:  # noqa: ANN401
-        """Take a row that may hold a sample of a slower sensor; if it does, take all anew."""
+        """Take a row that may hold a sample of a slower sensor; if it does, take all again."""
         if not self._origin:
             check = None if self._check is None else self._check.state()
             self._origin = [self.snapshot(), check]
@@ -214,7 +214,7 @@ class TimedEngine(Engine):
         return check_undecided or (self._clock is not None and self._clock.undecided > 0)
 
     def _revise_undecided(self) -> bool:
-        """Correct what is kept by what the last sample has shown; return True if that was wrong."""
+        """Correct the kept state by the last sample; return True if that was wrong."""
         steps = None if self.stamp_clock is None else self.stamp_clock.clock.revised
         if steps is not None:
             for undecided, step in zip(self._undecided_rows[-len(steps) :], steps, strict=True):
@@ -225,7 +225,7 @@ class TimedEngine(Engine):
         return motion or steps is not None
 
     def sentences(self) -> Iterator[str]:
-        """Yield what there is to say at the end."""
+        """Yield the notes at the end."""
         if self.stamp_clock is not None:
             yield from self.stamp_clock.sentences()
         if self._held_rows is not None:
@@ -234,7 +234,7 @@ class TimedEngine(Engine):
             yield from self._check.sentences()
 
     def timing(self) -> dict[str, Any]:
-        """Return clock and check, and what is undecided, as JSON keeps it; nothing without."""
+        """Return clock and check, and undecided rows, as JSON keeps them; nothing without."""
         if self.stamp_clock is None and self._check is None:
             return {}
         snapshot = (
@@ -255,14 +255,14 @@ class TimedEngine(Engine):
         }
 
     def _origin_state(self) -> list[Any]:
-        """Return what was known before the first row, as JSON keeps it."""
+        """Return the state before the first row, as JSON keeps it."""
         if not self._origin:
             return []
         filter_, check = self._origin
         return [[_encode_bytes(x) for x in filter_], check]
 
     def go_on(self, saved: Mapping[str, Any]) -> None:
-        """Go on from what `timing` gave, the clock already being there."""
+        """Go on from the result of `timing`, the clock already being there."""
         self._lost = check_count(saved.get("lost", 0))
         if self._check is not None and saved.get("check") is not None:
             self._check.go_on(saved["check"])

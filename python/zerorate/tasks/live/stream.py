@@ -31,7 +31,7 @@ _KINDS: Final[dict[str, type[EngineSettings]]] = {
 
 
 class LineStream:
-    """Answers each line with what its engine makes of the sample; can be saved between any two.
+    """Answers each line with its engine's result for the sample; can be saved between any two.
 
     A line holds one or several numbers with commas or blanks between; an empty cell or ``nan`` is
     a missing sample. The first line may name the columns; then those named like sensors are taken,
@@ -82,12 +82,12 @@ class LineStream:
 
     @property
     def position(self) -> int:
-        """The sample to go on with: its sequence number, else how many lines came before it."""
+        """The sample to go on with: its sequence number, else the number of lines before it."""
         return self._lines if self.settings.sequence is None else self.sequence.next
 
     @property
     def open(self) -> bool:
-        """Whether the columns are known."""
+        """True if the columns are known."""
         return self._engine is not None
 
     @property
@@ -97,7 +97,7 @@ class LineStream:
 
     @property
     def opening(self) -> str | None:
-        """A sentence on what the columns are, None if there is none to say."""
+        """A sentence on the columns, None if there is none to say."""
         return self._require_engine.opening
 
     def take(self, line: str) -> str | None:
@@ -109,7 +109,8 @@ class LineStream:
             The line is garbled. Where the lines are not numbered it stands for a missing sample;
             either way `no_answer` is its answer. Before the first good line there is none.
         ColumnError
-            The columns are others than before, or than was asked for: the stream cannot go on.
+            The columns differ from those before, or from the requested ones: the stream cannot go
+            on.
         """
         if line.lstrip(" \t").startswith("#"):
             return None
@@ -125,7 +126,7 @@ class LineStream:
     def _cells(self, line: str) -> list[str] | None:
         """Return the cells of a line, None where it ends no sample.
 
-        Lines of names and numbers are read as those of a log; the first sample tells the names.
+        Lines of names and numbers are read as those of a log; the first sample defines the names.
         """
         text = line.strip(" \t\r\n")
         if not self._looked:
@@ -145,7 +146,7 @@ class LineStream:
     def take_damaged(self) -> str:
         """Return the answer to a sample that came damaged; the columns must be known.
 
-        It is missing, unless numbers will tell.
+        It is missing, unless sequence numbers show otherwise.
         """
         engine = self._require_engine
         if engine.layout.sequence is None:
@@ -158,11 +159,11 @@ class LineStream:
         return None if self._engine is None else self._engine.notice()
 
     def view(self) -> View | None:
-        """Return what a person may watch after the last sample, None before the first."""
+        """Return the view after the last sample, None before the first."""
         return None if self._engine is None else self._engine.view()
 
     def sentences(self) -> Iterator[str]:
-        """Yield what there is to say at the end."""
+        """Yield the notes at the end."""
         if self._engine is not None:
             yield from self._engine.sentences()
 

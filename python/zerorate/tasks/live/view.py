@@ -1,4 +1,4 @@
-"""What a person may watch of a stream while it runs."""
+"""Views of a stream for a person while it runs."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -10,17 +10,17 @@ if TYPE_CHECKING:
     from zerorate.tasks.live.stream import LineStream
 
 PERIOD_S: Final = 0.05
-"""Seconds between two views: twenty a second, which is as many as an eye tells apart."""
+"""Seconds between two views: twenty a second, as many as an eye distinguishes."""
 
 
 @dataclass(frozen=True)
 class View:
-    """What is known after a sample.
+    """Estimates after a sample.
 
     Parameters
     ----------
     seconds : float
-        Samples so far over their rate.
+        Samples to date over their rate.
     names : tuple of str
         The axes of the gyro.
     unit : str
@@ -46,7 +46,7 @@ class View:
     euler_deg: tuple[float, ...] | None = None
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as JSON knows it: None in the place of what is no number."""
+        """Return it as JSON knows it: None in the place of numbers that are not finite."""
         return {
             "seconds": self.seconds,
             "names": list(self.names),

@@ -1,4 +1,4 @@
-"""One log through the filters: filtered data, measures of every axis, and what was learned."""
+"""One log through the filters: filtered data, measures of every axis, and learned parameters."""
 
 from zerorate.tasks.replay.allan import AllanCurves
 from zerorate.tasks.replay.filters import Output

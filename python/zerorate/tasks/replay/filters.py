@@ -22,7 +22,7 @@ _StateArrays = tuple[Floats, Booleans, Booleans]
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Samples from `first` on of k axes, and what the filters said of them; arrays are (k, n).
+    """Samples from `first` on of k axes, and the filters' outputs; arrays are (k, n).
 
     `raw` is without saturated samples, which are missing. `bias` is by method; `bias_sigma`,
     `at_rest` and `stuck` are of the chosen one, where they are noted; `saturated` is there where
@@ -44,7 +44,7 @@ class Block:
 
     @property
     def rest(self) -> Booleans | None:
-        """Where the sensor rested: a stuck one may as well have moved."""
+        """Mask of rest of the sensor; a stuck one is left out, since it may have moved."""
         if self.at_rest is None or self.stuck is None:
             return self.at_rest
         return self.at_rest & ~self.stuck
@@ -54,7 +54,7 @@ class Filters:
     """New filters of k axes by method, the last of which is the chosen one and is watched.
 
     Each is given those of the options that its method uses, and the limit of rest where the unit
-    of the log is known. Those that hold in motion are told where the body is known to move.
+    of the log is known. Those that hold in motion get the mask of known motion.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class Filters:
         return list(self.runs.values())[-1].filter
 
     def process_blocks(self, raws: Iterator[Floats], executor: Executor) -> Iterator[Block]:
-        """Yield what becomes of each block (k, n)."""
+        """Yield the output of each block (k, n)."""
         for raw in raws:
             first = self.chosen_filter.samples_seen
             state = _allocate_state(raw) if self.records_state else None

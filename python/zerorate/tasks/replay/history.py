@@ -87,7 +87,7 @@ class Recorder:
         self._rows.append(row)
 
     def history(self) -> History:
-        """Return what was noted."""
+        """Return the recorded history."""
         columns = (np.stack(column) for column in zip(*self._rows, strict=True))
         return History(np.array(self._samples, dtype=np.int64), *columns)
 
@@ -112,7 +112,7 @@ def time_constants(history: History, order: tuple[int, int] | None, rate: float)
     -------
     ndarray of float64, shape (k,)
         One sample's time at least. NaN where the filter was not started up, infinity where its
-        estimate would not get so far within the record.
+        estimate would not get there within the record.
     """
     late = history.samples > history.samples[-1] // 2
     gains = history.gain[late].swapaxes(0, 1)

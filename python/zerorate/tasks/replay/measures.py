@@ -54,7 +54,7 @@ class SampleCounts:
     missing_count, present_count : ndarray of int64
         Samples that are NaN or saturated, and the others.
     equal : ndarray of bool
-        Whether all that are present are equal.
+        True if all present samples are equal.
     at_rest_count, stuck_count : ndarray of int64 or None
         Samples at which the chosen filter took the sensor to rest, and to be stuck, where that was
         noted.
@@ -69,7 +69,7 @@ class SampleCounts:
 
 @dataclass(frozen=True, eq=False)
 class ReplayMeasures:
-    """What all samples gave.
+    """Measures over all samples.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ class Measures:
         self._native.take(block.raw, bias, rest, truth)
 
     def finish(self) -> ReplayMeasures:
-        """Return the scores and what was seen, when all blocks have come."""
+        """Return the scores and the statistics, when all blocks have come."""
         native = self._native.finish()
         sample_counts = SampleCounts(
             missing_count=native["missing"],

@@ -15,7 +15,7 @@ _BLOCK_ROWS: Final = 1 << 15
 
 
 def motion_of(accel: LogFile, gyro: LogFile) -> Booleans:
-    """Return where the body of a gyro is known to move, shape (n,), from its accelerometer.
+    """Return the mask of known motion of a gyro's body, shape (n,), from its accelerometer.
 
     Both are on clocks of the same zero. What the accelerometer showed last holds until it shows
     more; before its first sample nothing is known.
@@ -46,7 +46,12 @@ def motion_of(accel: LogFile, gyro: LogFile) -> Booleans:
 
 
 def note_on_motion(accel: LogFile, moving: Booleans, rate: float) -> str:
-    """Return the sentence that says what the accelerometer was used for."""
+    """Return the sentence on the use of the accelerometer."""
     names = ", ".join(accel.header.names)
+    if not moving.any():
+        return f"the accelerometer ({names}) shows no motion"
     seconds = np.count_nonzero(moving) / rate
-    return f"the accelerometer ({names}) shows motion for {seconds:.4g} s, taken for no bias"
+    return (
+        f"the accelerometer ({names}) shows motion for {seconds:.4g} s, in which no rate counts as "
+        "a bias"
+    )

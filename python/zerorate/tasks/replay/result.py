@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 import numpy as np
 
 from zerorate.faults import keyword_argument, make_sentence
+from zerorate.numerals import shorten
 from zerorate.record import Log
 from zerorate.record.log import Header, notes_of
 from zerorate.record.names import add_unit_suffix, split_unit
@@ -34,16 +35,16 @@ Columns = dict[str, Floats | Booleans]
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """How well the bias of k axes was known at each of n samples, by what had come until then.
+    """Quality of the bias of k axes at each of n samples, from earlier samples only.
 
     Parameters
     ----------
     bias_sigma : ndarray, shape (n, k)
         Standard deviation of the bias, in the unit of the data.
     at_rest : ndarray of bool, shape (n, k)
-        Whether the filter took the sensor to rest.
+        True if the filter considered the sensor at rest.
     stuck : ndarray of bool, shape (n, k)
-        Whether the sensor was stuck at one value.
+        True if the sensor was stuck at one value.
     """
 
     bias_sigma: Floats
@@ -52,13 +53,13 @@ class Readings:
 
     @property
     def rest(self) -> Booleans:
-        """Where the sensor rested, shape (n, k): a stuck one may as well have moved."""
+        """Mask of rest, shape (n, k); a stuck sensor is left out, since it may have moved."""
         return self.at_rest & ~self.stuck
 
     def certain_rest(self, rate: float) -> Booleans:
         """Return `rest` without the samples in which a motion began unseen, shape (n, k).
 
-        Rest is judged by ticks of a quarter of a second, four samples at least; a motion is seen
+        Rest is decided in ticks of a quarter of a second, four samples at least; a motion is seen
         at the end of the tick in which it began, or of the next.
         """
         rest = self.rest
@@ -69,9 +70,23 @@ class Readings:
         return rest
 
 
+TRUTH_MEAN_S: Final = 10.0
+"""Seconds of the mean bias whose standard deviation `DriftFilter` states."""
+
+
+def trailing_mean(values: Floats, rate: float) -> Floats:
+    """Return the mean of the last ten seconds at each sample, or of all before, shape (n,)."""
+    width = min(max(1, round(TRUTH_MEAN_S * rate)), len(values))
+    sums = np.concatenate(([0.0], np.cumsum(values)))
+    stops = np.arange(1, len(values) + 1)
+    starts = np.maximum(stops - width, 0)
+    means: Floats = (sums[stops] - sums[starts]) / (stops - starts)
+    return means
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Summary(Result):
-    """What a replay says of a log, without its samples: `table`, and `plot` of the biases.
+    """Summary of a replay without its samples: `table`, and `plot` of the biases.
 
     Parameters
     ----------
@@ -82,7 +97,7 @@ class Summary(Result):
     output : {"compensated", "estimate"}
         What the filtered log holds: the raw rate minus its bias, or the bias.
     params : mapping
-        Arguments that make the chosen filter anew.
+        Arguments that make the chosen filter again.
     scores : tuple of Score
         Axis by axis: the raw data, then each method.
     compensated_deviation : ndarray, shape (k,)
@@ -94,7 +109,7 @@ class Summary(Result):
     guard_count : mapping of str to ndarray, shape (k,)
         How often a step of the process noise was shortened.
     ready : ndarray of bool, shape (k,)
-        Whether the axis' start-up was finished.
+        True if the axis' start-up was finished.
     status : tuple of str
         `DriftFilter.status` of each axis at the end.
     restart_count : ndarray, shape (k,)
@@ -109,6 +124,9 @@ class Summary(Result):
         How many samples the chosen filter left out although they were there.
     alarms : tuple of str
         What contradicts the log, a sentence each.
+    error_at_end : ndarray, shape (k,), or None
+        Bias at the end minus the mean of the true one over the last 10 s, in the unit of the log,
+        where that is known.
     """
 
     header: Header
@@ -128,6 +146,7 @@ class Summary(Result):
     sample_counts: SampleCounts
     left_out: ExclusionCounts
     alarms: tuple[str, ...] = ()
+    error_at_end: Floats | None = None
 
     @property
     def source(self) -> str:
@@ -136,7 +155,7 @@ class Summary(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Sentences on the log's clock, gaps and assumptions, and on what the filter did."""
+        """Sentences on the log's clock, gaps and assumptions, and on the filter's actions."""
         return tuple(notes_on(self))
 
     @property
@@ -171,6 +190,8 @@ class Replay(Summary, Result):
     readings : Readings or None
         How well the bias was known at each sample; None for a published method that neither minds
         motion nor compensates.
+    truth : ndarray, shape (n, k), or None
+        True bias, where it is known.
 
     Examples
     --------
@@ -185,6 +206,7 @@ class Replay(Summary, Result):
     log: Log
     filtered: Mapping[str, Floats]
     readings: Readings | None
+    truth: Floats | None = None
 
     @property
     def bias(self) -> Floats:
@@ -193,12 +215,12 @@ class Replay(Summary, Result):
 
     @property
     def saturated(self) -> Booleans | None:
-        """Which samples are at the end of the sensor's range, shape (n, k), where that is known."""
+        """Mask of samples at the end of the sensor's range, shape (n, k), where that is known."""
         return mask_saturated(self.log.data, self.limit)[1]
 
     @property
     def lost(self) -> Booleans:
-        """Where the sensor was stuck, or saturated, shape (n, k)."""
+        """Mask of samples with a stuck or saturated sensor, shape (n, k)."""
         lost = np.zeros(self.log.data.shape, dtype=np.bool_)
         for part in (self.saturated, None if self.readings is None else self.readings.stuck):
             if part is not None:
@@ -261,7 +283,7 @@ class Replays(Result):
 
 
 def notes_on(replay: Summary) -> Iterator[str]:
-    """Yield the sentences on the log, and on what the filter did."""
+    """Yield the sentences on the log, and on the filter's actions."""
     yield from _log_notes(replay)
     yield from describe_unlearned(replay)
     guarded = int(np.sum(replay.guard_count[replay.method]))
@@ -288,14 +310,14 @@ def _log_notes(replay: Summary) -> Iterator[str]:
         if restarts:
             times = "once" if restarts == 1 else f"{restarts} times"
             yield (
-                f"{name}: the noise learned at the start proved wrong by many orders, and noise "
-                f"and drift were learned anew, {times}"
+                f"{name}: the noise learned at the start was wrong by many orders, and noise "
+                f"and drift were learned again, {times}"
             )
 
 
 def _time_constant_notes(replay: Summary) -> Iterator[str]:
     times = {
-        name: "longer than the record" if math.isinf(seconds) else f"{seconds:.3g} s"
+        name: "longer than the record" if math.isinf(seconds) else f"{shorten(seconds, 3)} s"
         for name, seconds in zip(replay.header.names, replay.time_constant, strict=True)
         if not math.isnan(seconds)
     }
@@ -309,7 +331,7 @@ def _motion_notes(replay: Summary) -> Iterator[str]:
     if moved is None or not moved.any():
         return
     seconds = zip(replay.header.names, moved / replay.header.rate, strict=True)
-    listed = ", ".join(f"{name} {time:.4g} s" for name, time in seconds if time)
+    listed = ", ".join(f"{name} {shorten(time, 4)} s" for name, time in seconds if time)
     yield (
         f"in motion, or not yet seen to rest, where nothing is learned: {listed}; all measures are "
         "of the rest"
@@ -317,7 +339,7 @@ def _motion_notes(replay: Summary) -> Iterator[str]:
 
 
 def describe_unlearned(replay: Summary) -> Iterator[str]:
-    """Yield a sentence on each axis of which the chosen filter learned nothing for certain."""
+    """Yield a sentence on each axis without certain rest, for the chosen filter."""
     needed, counts = (
         max(10, round(replay.params["startup"] * replay.header.rate)),
         replay.sample_counts,
@@ -340,7 +362,7 @@ def describe_unlearned(replay: Summary) -> Iterator[str]:
                 f"{name}: what was learned as rest may be motion: nothing louder was seen, and it "
                 "did not last a minute; ",
                 keyword_argument("rest_limit"),
-                " tells them apart",
+                " distinguishes them",
             )
 
 
@@ -355,7 +377,7 @@ def subtract_bias(raw: Floats, bias: Floats) -> Floats:
 def extra_names(names: Sequence[str], unit: str, limited: bool) -> Iterator[tuple[str, ...]]:
     """Yield the names of the columns next to a compensated log, axis by axis.
 
-    They are bias, its deviation, rest, a stuck sensor and, if there is a limit, a saturated one.
+    They are bias, its standard deviation, rest, a stuck sensor and, with a limit, a saturated one.
     """
     flags = ("at_rest", "stuck", "saturated") if limited else ("at_rest", "stuck")
     for name in names:

@@ -30,6 +30,7 @@ from zerorate.tasks.replay.result import (
     extra_columns,
     extra_names,
     subtract_bias,
+    trailing_mean,
 )
 from zerorate.tasks.workers import BackgroundStep, prefetch, thread_pool
 from zerorate.types import Booleans, Floats
@@ -52,7 +53,7 @@ def run_filters(
     progress: Progress | None = None,
     **options: Unpack[FilterOptions],
 ) -> Replay:
-    """Filter every axis of a log with several methods and measure what each one did.
+    """Filter every axis of a log with several methods and measure each method.
 
     It is `zerorate.replay` without the preparation and its defaults.
 
@@ -62,7 +63,7 @@ def run_filters(
         The log of a gyro.
     accel : Log, optional
         Accelerometer of three axes of the same body, on a clock of the same zero, in any unit.
-        Where it shows that the body moves, what the gyro gives is not taken for rest, by the
+        Where it shows motion of the body, the gyro's samples never count as rest, by the
         methods that hold in motion.
     methods : sequence of str
         Methods of `zerorate.DriftFilter`, all different. The last is the chosen one, whose
@@ -114,7 +115,17 @@ def run_filters(
     summary_fields: dict[str, Any] = {
         field.name: getattr(summary, field.name) for field in fields(summary)
     }
-    return Replay(**summary_fields, log=log, filtered=series.filtered, readings=series.readings)
+    true_rows = None if true_bias is None else true_bias.T
+    if true_rows is not None:
+        truth_at_end = [trailing_mean(axis, source.header.rate)[-1] for axis in true_rows.T]
+        summary_fields["error_at_end"] = summary.history.bias[-1] - np.array(truth_at_end)
+    return Replay(
+        **summary_fields,
+        log=log,
+        filtered=series.filtered,
+        readings=series.readings,
+        truth=true_rows,
+    )
 
 
 def filter_to_file(
@@ -143,7 +154,7 @@ def filter_to_file(
     methods, output, horizons, progress, **options
         As of `run_filters`.
     force : bool
-        Whether to replace an existing file; default no.
+        Replace an existing file; default no.
     rows : int
         Samples of a block; the results do not depend on it.
 
@@ -185,7 +196,7 @@ def filter_to_file(
 
 
 def _detect_motion(gyro: LogFile, accel: LogFile | None) -> tuple[LogFile, Booleans | None]:
-    """Return the log of a gyro, whose notes tell of the accelerometer, and where that moves."""
+    """Return the log of a gyro, with notes on the accelerometer, and the mask of motion."""
     if accel is None:
         return gyro, None
     moving = motion_of(accel, gyro)
@@ -214,7 +225,7 @@ def _run_pipeline(
 def _summarise(
     recording: LogFile, filters: Filters, measures: Measures, horizons: Sequence[float]
 ) -> Summary:
-    """Return what is said of a recording of which all blocks are through."""
+    """Return the summary of a recording after all its blocks."""
     measured = measures.finish()
     counts = measured.sample_counts
     if not counts.present_count.any():
@@ -273,7 +284,7 @@ class _Series:
 
     @property
     def readings(self) -> Readings | None:
-        """What the chosen filter said at every sample, where that is noted."""
+        """State of the chosen filter at every sample, where it is recorded."""
         return None if self._state is None else Readings(*(part.T for part in self._state))
 
 

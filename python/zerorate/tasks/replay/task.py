@@ -1,4 +1,4 @@
-"""What ``zerorate replay`` does: the bias of a gyro, sample by sample as live."""
+"""Bias of a gyro, sample by sample as live: ``zerorate replay``."""
 
 from __future__ import annotations
 
@@ -16,16 +16,19 @@ from zerorate.checks.preparation import FILTER_CHOICES
 from zerorate.faults import ArgumentError
 from zerorate.io.counts import Scale
 from zerorate.io.logfile import LogFile
+from zerorate.io.reading import read_log
 from zerorate.io.writing import write_log
 from zerorate.options import METHODS, add_rest_limits, check_used
 from zerorate.progress import Progress, choose_reporter
 from zerorate.record.log import Log
+from zerorate.record.names import split_unit
 from zerorate.tasks.corrections import calibration_of
 from zerorate.tasks.imu import Imu
 from zerorate.tasks.replay.result import Panels, Replay, Summary
 from zerorate.tasks.replay.run import BLOCK_ROWS, HORIZONS, filter_to_file, run_filters
 from zerorate.tasks.saving import Files, figure_writer
 from zerorate.tasks.source import Source, UnscaledArguments, name_source_in_errors
+from zerorate.units import convert
 
 if TYPE_CHECKING:
     from zerorate._native import _FilterOptions, _Method, _Output
@@ -51,7 +54,7 @@ def replay(
     accel: bool | Log = True,
     calibration: Calibration | Path_ | None = None,
     fix: bool = False,
-    truth: npt.ArrayLike | None = None,
+    truth: npt.ArrayLike | Path_ | None = None,
     horizons: Sequence[float] = HORIZONS,
     progress: Progress | None = None,
     **options: Unpack[ReplayOptions],
@@ -64,19 +67,20 @@ def replay(
     Parameters
     ----------
     source : Recording, Log, path, data frame or mapping of arrays
-        With a gyro. An accelerometer of three axes shows when the body moves.
+        With a gyro. An accelerometer of three axes detects motion.
     method : str
         Method of `zerorate.DriftFilter`; default the one that tunes itself.
     methods : sequence of str or "all"
         Methods to compare it with.
     accel : bool or Log
-        False leaves the accelerometer alone; a Log is the accelerometer.
+        False ignores the accelerometer; a Log is the accelerometer.
     calibration : Calibration or path, optional
-        Taken off the gyro first.
+        Calibration to correct the gyro with, first.
     fix : bool
         Put right a unit or axes of the gyro that the motion contradicts, where that is sure.
-    truth : array_like, optional
-        True bias, of the shape and unit of the data, where it is known.
+    truth : array_like or path, optional
+        True bias, of the shape and unit of the data, where it is known; or a file as
+        ``zerorate simulate`` writes it, whose columns are named ``drift_x_radps`` and so on.
     horizons : sequence of float
         Horizons of the coasting error, s.
     progress : callable, optional
@@ -91,7 +95,7 @@ def replay(
     Returns
     -------
     Replay
-        The filtered log, scores, what was learned; `table`, `plot`, `save`.
+        The filtered log, scores, learned parameters; `table`, `plot`, `save`.
 
     Raises
     ------
@@ -116,9 +120,23 @@ def replay(
         log = imu.gyro.log()
         accel_log = None if imu.accel is None else imu.accel.log()
         result = run_filters(
-            log, accel=accel_log, truth=truth, progress=report, **request.of_log(log.unit)
+            log,
+            accel=accel_log,
+            truth=_load_truth(truth, log),
+            progress=report,
+            **request.of_log(log.unit),
         )
     return replace(result, alarms=imu.alarms)
+
+
+def _load_truth(truth: npt.ArrayLike | Path_ | None, log: Log) -> npt.ArrayLike | None:
+    """Return the true bias of a log, read from a file and converted to its unit where it is one."""
+    if not isinstance(truth, str | os.PathLike):
+        return truth
+    axes = [name.rpartition("_") for name in (split_unit(own)[0] for own in log.names)]
+    columns = [f"drift_{axis}_radps" for _, _, axis in axes]
+    drift = read_log(truth, columns=columns, rate=log.rate, unit="rad/s").data
+    return convert(drift, "rad/s", log.unit)
 
 
 def replay_to_file(
@@ -144,7 +162,7 @@ def replay_to_file(
     Parameters
     ----------
     source : Recording, Log, LogFile, path, data frame or mapping of arrays
-        As of `replay`. The checks judge the first million samples.
+        As of `replay`. The checks use the first million samples.
     path : path
         The file to write, whole or not at all.
     method, methods, accel, calibration, fix, horizons, progress, **options
@@ -193,7 +211,7 @@ def replay_to_file(
 
 @dataclass(frozen=True)
 class _ReplayRequest:
-    """What is asked of the filters, and of the reader."""
+    """Request to the filters and to the reader."""
 
     methods: tuple[str, ...]
     horizons: Sequence[float]
@@ -208,7 +226,7 @@ class _ReplayRequest:
         horizons: Sequence[float],
         arguments: Mapping[str, Any],
     ) -> Self:
-        """Return what was given, sorted and checked."""
+        """Return the request of the arguments, sorted and checked."""
         reading = {name: value for name, value in arguments.items() if name in _READING_OPTIONS}
         options = {name: value for name, value in arguments.items() if name not in _READING_OPTIONS}
         if "data_scale" in options:
@@ -250,6 +268,6 @@ def _load_imu(
 
 
 def files_of(result: Replay, *, panels: Panels = "usual") -> Files:
-    """Return what a replay is saved as: the filtered log and a figure."""
+    """Return the files of a replay: the filtered log and a figure."""
     figure = figure_writer(lambda: result.plot(panels))
     return Files("-zerorate", "", [lambda path: write_log(result.to_log(), path)], (), {"": figure})

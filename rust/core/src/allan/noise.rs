@@ -8,7 +8,7 @@ use crate::math::{Limits, Real, choose};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Number, Stream};
 
-/// Which difference of samples the variance is taken of.
+/// The difference of samples whose variance is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum AllanKind {
     /// First difference, `R = E[(z_k - z_{k-1})²] / 2` (FH 17).
@@ -89,7 +89,7 @@ impl<T: Real> AllanNoise<T> {
         self.fading
     }
 
-    /// Which difference the variance is taken of.
+    /// The difference whose variance is taken.
     pub fn kind(&self) -> AllanKind {
         self.kind
     }
@@ -99,7 +99,7 @@ impl<T: Real> AllanNoise<T> {
         self.floor
     }
 
-    /// The estimate so far: `floor` until a difference was seen.
+    /// The estimate to date: `floor` until a difference was seen.
     #[inline(always)]
     pub fn variance(&self) -> T {
         self.variance.at_least(self.floor)
@@ -183,7 +183,7 @@ impl<T: Number> Stream for AllanNoise<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> AllanNoise<T> {
-    /// Whether samples within `reach` can have made it of `fresh`.
+    /// True if samples within `reach` can have made it of `fresh`.
     pub(crate) fn is_after(&self, fresh: &Self, reach: T) -> bool {
         let parameters = |noise: &Self| (noise.kind, noise.fading, noise.floor);
         parameters(self) == parameters(fresh)

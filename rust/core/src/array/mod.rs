@@ -1,9 +1,9 @@
 //! Many gyros of one body as one.
 //!
 //! Each learns its own drift, axis by axis. At rest their noise decides how much each counts, in
-//! motion their scale errors, which are alike; who disagrees with the others is left out until it has
-//! agreed again for a while. A single gyro has nobody to agree with: it is its drift filter, equal to
-//! the last bit.
+//! motion their scale errors, which are equal; a sensor that disagrees with the others is left out
+//! until it has agreed again for a while. A single gyro has no other to agree with: it is its drift
+//! filter, equal to the last bit.
 //!
 //! How many gyros there are is known when it runs, so [`GyroArray`] takes slices and is no [`Stream`],
 //! whose input has a size that is compiled; its filters are. Of a known number it becomes one in a few
@@ -49,20 +49,20 @@ pub struct GyroArray<const A: usize> {
     length: u32,
     position: u32,
     samples: u64,
-    /// Where the body rests, axis by axis.
+    /// Mask of rest, axis by axis.
     at_rest: Vec<bool>,
     weights: Vec<f64>,
     used: Vec<bool>,
-    /// How each sensor's last sample was, and its rates in the axes of the body.
+    /// Quality of each sensor's last sample, and its rates in the axes of the body.
     seen: Vec<Seen>,
     rates: Vec<f64>,
-    /// Which of its own axes gave a rate that is near those of the others.
+    /// Mask of the sensor's own axes whose rate is near the other sensors' rates.
     near: Vec<bool>,
     /// The same in order of size, axis by axis.
     sorted: Vec<f64>,
 }
 
-/// What a sensor's last sample was like.
+/// Quality of a sensor's last sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 enum Seen {
     Whole,
@@ -71,7 +71,7 @@ enum Seen {
     Stuck,
 }
 
-/// How far a sensor can be trusted.
+/// Health of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Health {
     /// Nothing speaks against it.
@@ -132,7 +132,7 @@ impl<const A: usize> GyroArray<A> {
         })
     }
 
-    /// What it was made of.
+    /// Its parameters.
     pub fn params(&self) -> &ArrayParams {
         &self.params
     }
@@ -217,7 +217,7 @@ impl<const A: usize> GyroArray<A> {
         }
     }
 
-    /// What turns a sensor's samples, row by row.
+    /// The rotation of a sensor's samples, row by row.
     #[inline(always)]
     fn turn(&self, sensor: usize) -> Option<&[f64]> {
         self.body_rotations
@@ -415,44 +415,44 @@ impl<const A: usize> GyroArray<A> {
     }
 }
 
-/// What is known after the last sample.
+/// State after the last sample.
 impl<const A: usize> GyroArray<A> {
     /// Biases of all sensors in their own axes, sensor by sensor.
     pub fn biases(&self) -> impl Iterator<Item = f64> {
         self.filters.iter().map(|filter| filter.bias())
     }
 
-    /// How much each sensor counted, axis by axis of the body; zero where it did not.
+    /// Weight of each sensor, axis by axis of the body; zero where it was not used.
     pub fn weights(&self) -> &[f64] {
         &self.weights
     }
 
-    /// Which samples were used, axis by axis of the body.
+    /// Mask of used samples, axis by axis of the body.
     pub fn used(&self) -> &[bool] {
         &self.used
     }
 
-    /// Which sensors are left out since they disagree with the others.
+    /// Mask of sensors that are left out since they disagree with the others.
     pub fn excluded(&self) -> impl Iterator<Item = bool> {
         (0..self.params.sensors).map(|sensor| self.vote.is_excluded(sensor))
     }
 
-    /// Whether sensors disagree and nobody knows which of them is wrong.
+    /// True if sensors disagree and nobody knows which of them is wrong.
     pub fn is_disputed(&self) -> bool {
         self.vote.is_disputed()
     }
 
-    /// Where the body rests, axis by axis.
+    /// Mask of rest, axis by axis.
     pub fn at_rest(&self) -> &[bool] {
         &self.at_rest
     }
 
-    /// Samples so far.
+    /// Samples to date.
     pub fn samples_seen(&self) -> u64 {
         self.samples
     }
 
-    /// How far each sensor can be trusted.
+    /// Health of each sensor.
     pub fn health(&self) -> impl Iterator<Item = Health> {
         (0..self.params.sensors).map(|sensor| match self.seen[sensor] {
             _ if self.vote.is_excluded(sensor) => Health::Excluded,

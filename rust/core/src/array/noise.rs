@@ -1,4 +1,4 @@
-//! What sensors of an array show at rest, and how much each of them counts for that.
+//! Noise of an array's sensors at rest, and the weights that follow.
 
 use serde::{Deserialize, Serialize};
 
@@ -92,11 +92,11 @@ impl Noise {
         }
     }
 
-    /// What a rate costs in weight, where a part of it is wrong.
+    /// The cost of a rate in weight, where a part of it is wrong.
     #[inline(always)]
     pub(super) fn motion(&self, axis: usize, wrong: f64) -> f64 {
         let ratio = wrong.min(MAX_SAMPLE) * (wrong.min(MAX_SAMPLE) / self.second[axis]);
-        // Unknown, or against no noise at all: all count alike.
+        // Unknown, or against no noise at all: equal weights.
         if ratio.is_nan() { 0.0 } else { ratio.min(1e12) }
     }
 

@@ -16,7 +16,7 @@ const MAX_ORTHONORMALITY_ERROR: f64 = 1e-6;
 /// Distance of an element of a correction from that of no correction, at most.
 const MAX_CORRECTION: f64 = 0.5;
 
-/// How sensors become one.
+/// Method of fusion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Fusion {
     /// Biases learned at rest, weights, and a vote.
@@ -25,7 +25,7 @@ pub enum Fusion {
     Centralised,
 }
 
-/// How much each sensor counts.
+/// Weighting of sensors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Weights {
     /// By its noise at rest, by its scale error in motion.
@@ -54,13 +54,13 @@ pub struct ArrayParams {
     pub corrections: Option<Vec<f64>>,
     /// Size at which a sample is at the end of the sensor's range.
     pub limit: Option<f64>,
-    /// What rest can be.
+    /// Limits of rest.
     pub limits: RestLimits,
-    /// How much each counts.
+    /// Weighting of the sensors.
     pub weights: Weights,
     /// Deviation of the sensors' scale factors from one.
     pub scale_error: f64,
-    /// How they become one.
+    /// Method of fusion.
     pub fusion: Fusion,
 }
 

@@ -1,4 +1,4 @@
-//! Whether an array that was read can be one.
+//! Validity of a restored array.
 
 use super::centralised::{Centralised, Walk};
 use super::noise::{Halves, Noise, Sums};

@@ -1,4 +1,4 @@
-//! Who disagrees with the others, and who agrees again.
+//! Exclusion of sensors that disagree with the others, and their return.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,8 +16,8 @@ const MAX_SAMPLE_RATE_SHARE: f64 = 0.5;
 const MAX_TICK_SIGMAS: f64 = 9.0;
 const MAX_TICK_RATE_SHARE: f64 = 0.1;
 
-/// Times what sensors usually differ by in the same tick, where something is alike for all: motion that
-/// they are not quite synchronous in, biases that change with the pose.
+/// Factor of the usual difference between sensors in the same tick, where a quantity is the same
+/// for all: motion that they are not quite synchronous in, biases that change with the pose.
 const MAX_TYPICAL_RATIO: f64 = 5.0;
 
 /// Samples of a tick that tell anything.
@@ -61,11 +61,11 @@ pub(super) struct Sums {
     pub(super) difference: f64,
     /// Times the middle: what a wrong scale, sign or axis shows, however the motion alternates.
     pub(super) product: f64,
-    /// What the sample that is furthest off adds to both: one spike is no fault of the sensor.
+    /// The largest contribution of one sample to both: one spike is no fault of the sensor.
     pub(super) largest: [f64; 2],
 }
 
-/// How a sensor stands with the others.
+/// Agreement of a sensor with the others.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Standing {
     pub(super) excluded: bool,
@@ -102,13 +102,13 @@ impl Vote {
         self.disputed
     }
 
-    /// Whether a sensor has a say: who does not know its bias has none beside one that does.
+    /// True if a sensor votes: one with an unknown bias does not, if another's is known.
     #[inline(always)]
     pub(super) fn counts(&self, sensor: usize, index: usize, axis: usize) -> bool {
         !self.standings[sensor].excluded && (!self.known[axis] || !self.sigmas[index].is_nan())
     }
 
-    /// How fast the body turns, by the middle of all axes.
+    /// The angular speed of the body, by the median of all axes.
     #[inline(always)]
     pub(super) fn note_speed(&mut self, centre: &[f64]) -> f64 {
         let bounded = |x: &f64| if x.is_nan() { 0.0 } else { x.clamp(-MAX_SAMPLE, MAX_SAMPLE) };
@@ -229,7 +229,7 @@ impl Vote {
         (self.speeds, self.samples) = (0.0, 0);
     }
 
-    /// Whether a sensor was compared on every axis on which there was something to compare with.
+    /// True if a sensor was compared on every axis on which there was something to compare with.
     fn was_tested(&self, sensor: usize, axes: usize) -> bool {
         (0..axes).all(|axis| {
             let index = sensor * axes + axis;
@@ -237,8 +237,8 @@ impl Vote {
         })
     }
 
-    /// What sensors differ by from the middle in this tick, the middle of them: in the mean, and along
-    /// the motion; nothing of two, which differ alike.
+    /// The median distance of sensors from the middle in this tick: in the mean, and along the
+    /// motion; zero for two sensors, whose distances are equal.
     fn typical(&mut self, axis: usize, axes: usize, kind: usize) -> f64 {
         let mut count = 0;
         for sensor in 0..self.standings.len() {

@@ -14,7 +14,7 @@ use crate::error::{Error, require};
 const MAX_MATRIX: f64 = 10.0;
 const MAX_IRON: f64 = 1e9;
 
-/// What a calibration found of a magnetometer: the field is `matrix (sample - iron)`.
+/// Correction of a magnetometer by a calibration: the field is `matrix (sample - iron)`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FieldCorrection {
     /// In the unit of the samples.

@@ -1,4 +1,4 @@
-//! What every method of estimating an attitude has.
+//! Interface of all methods of estimating an attitude.
 
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
@@ -16,7 +16,7 @@ pub trait Estimator {
     /// From the axes of the sensor to those of the earth, of length one to rounding.
     fn orientation(&self) -> Quaternion<f64>;
 
-    /// What else is known.
+    /// Estimates next to the orientation.
     fn knowledge(&self) -> Knowledge {
         Knowledge::default()
     }
@@ -32,14 +32,14 @@ pub trait Estimator {
         self.reset();
     }
 
-    /// Whether all numbers of a state that was read can be those of a running one.
+    /// True if all numbers of a state that was read can be those of a running one.
     fn is_valid(&self) -> bool;
 
-    /// Whether another one has the same parameters.
+    /// True if another one has the same parameters.
     fn is_like(&self, other: &Self) -> bool;
 }
 
-/// What an estimator knows next to the orientation, NaN where it does not.
+/// Estimates next to the orientation, NaN where there are none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Knowledge {
     /// The gyro's output without rotation, rad/s.
@@ -56,19 +56,19 @@ pub struct Knowledge {
     pub heading_sigma: f64,
     /// Mean strength of the specific force in rests, m/s².
     pub gravity: f64,
-    /// Whether the sensor rests.
+    /// True if the sensor rests.
     pub at_rest: bool,
-    /// Whether it rests with a bias beyond the largest, or turns on a rate table: none can tell.
+    /// True if it rests with a bias beyond the largest, or turns on a rate table: none can tell.
     pub unclear: bool,
-    /// Whether gravity turns in the sensor as if the gyro's rates were in another unit.
+    /// True if gravity turns in the sensor as if the gyro's rates were in another unit.
     pub wrong_unit: bool,
-    /// Whether the magnetic field is not the one known.
+    /// True if the magnetic field is not the one known.
     pub disturbed: bool,
-    /// Whether the magnetometer gives one value while the sensor turns.
+    /// True if the magnetometer gives one value while the sensor turns.
     pub stuck: bool,
-    /// Whether the first seconds are over.
+    /// True if the first seconds are over.
     pub started: bool,
-    /// What it did at the last sample.
+    /// Events at the last sample.
     pub events: Events,
 }
 

@@ -1,4 +1,4 @@
-//! What a filter did at a sample, or what it saw there: one bit each.
+//! Events of a filter at a sample: one bit each.
 
 /// Bits of [`EVENTS`], in their order.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -39,7 +39,7 @@ impl Events {
     pub const FALL: Self = Self(1 << 6);
     /// A rest far from the bias: it has jumped.
     pub const BIAS_JUMP: Self = Self(1 << 7);
-    /// What a rest that was none had done was undone.
+    /// A false rest was undone.
     pub const REST_UNDONE: Self = Self(1 << 8);
     /// The field showed that the heading drifts.
     pub const DRIFT: Self = Self(1 << 9);

@@ -48,7 +48,7 @@ impl Input for Sample {
 pub struct Inertial {
     /// Mean angular rate since the sample before, rad/s; the last one known where it is missing.
     pub gyro: Vector3<f64>,
-    /// Whether the rate is known, or was less than 50 ms ago.
+    /// True if the rate is known, or was less than 50 ms ago.
     pub known: bool,
     /// Seconds since the sample before for which nothing is known of the rate.
     pub unknown: f64,

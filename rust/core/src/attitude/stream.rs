@@ -34,17 +34,18 @@ const MAX_SLOW_RATE_RAD_S: f64 = 5.0 * core::f64::consts::PI / 180.0;
 /// how many on zeros are a rate: after a low one, and after any.
 const MAX_ZEROS_S: f64 = 4.0;
 const MIN_ZEROS_S: [f64; 2] = [-2.0, 0.5];
-/// What a sensor at rest may take gravity for, m/s²: beyond, its unit is not the one said.
+/// Range of gravity that a sensor at rest may measure, m/s²: beyond, its unit is not the stated
+/// one.
 const GRAVITY_RANGE: [f64; 2] = [9.3, 10.3];
 
-/// What a person chooses, whatever the estimator.
+/// Parameters of every estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AttitudeParams {
     /// Samples a second.
     pub rate: f64,
     /// Axes of the earth.
     pub frame: Frame,
-    /// Whether there is a magnetometer; without one a level sensor starts along the frame's axes.
+    /// True if there is a magnetometer; without one a level sensor starts along the frame's axes.
     pub mag: bool,
     /// rad/s in a unit of the gyro.
     pub gyro_unit: f64,
@@ -119,7 +120,7 @@ impl AttitudeParams {
         }
     }
 
-    /// What is known, in the frame and in the units of the sensors; NaN where a force is missing.
+    /// The estimate in the frame and in the units of the sensors; NaN where a force is missing.
     pub(super) fn shown(
         &self,
         enu: &Quaternion<f64>,
@@ -167,7 +168,7 @@ pub struct Attitude<E> {
     samples: u64,
     /// Rates that were given and that no such gyro measures.
     left_out: u64,
-    /// What befell the last sample: no state, the next one forgets it.
+    /// Events at the last sample: no state, the next one forgets them.
     #[serde(skip)]
     events: Events,
     /// Square of the size up to which a rate is within the range about each axis, (rad/s)².
@@ -198,17 +199,17 @@ impl<E: Estimator> Attitude<E> {
         Ok(this)
     }
 
-    /// What was chosen.
+    /// The parameters.
     pub fn params(&self) -> &AttitudeParams {
         &self.params
     }
 
-    /// What estimates.
+    /// The estimator.
     pub fn estimator(&self) -> &E {
         &self.estimator
     }
 
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.samples
     }
@@ -224,7 +225,7 @@ impl<E: Estimator> Attitude<E> {
         self.params.components(&self.estimator.orientation())
     }
 
-    /// What a person may read.
+    /// The reading.
     pub fn reading(&self) -> Reading {
         let (snapshot, enu) = (self.snapshot(), self.estimator.orientation());
         let [w, x, y, z] = snapshot.quaternion;
@@ -242,7 +243,7 @@ impl<E: Estimator> Attitude<E> {
     fn status(&self, known: &Knowledge) -> &'static str {
         match known {
             _ if self.samples == 0 => "starting",
-            // It keeps a frame falling, and starting anew.
+            // It keeps a frame while falling, and after a restart.
             Knowledge { wrong_unit: true, .. } => "wrong unit?",
             _ if !known.started => "starting",
             _ if self.is_clipped() => "clipped",
@@ -316,7 +317,7 @@ impl<E: Estimator> Attitude<E> {
         Inertial { gyro, known, unknown, age, accel, mag, dt }
     }
 
-    /// What befell the last sample, and what the estimator did at it.
+    /// Events at the last sample, with those of the estimator.
     pub(super) fn events(&self, known: Events) -> Events {
         let mut events = self
             .events
@@ -326,7 +327,7 @@ impl<E: Estimator> Attitude<E> {
         events
     }
 
-    /// Whether the last rate known is one at which the gyro clips.
+    /// True if the last rate known is one at which the gyro clips.
     fn is_clipped(&self) -> bool {
         self.params.gyro_range.is_some_and(|range| self.rate.amax() >= CLIPPING_SHARE * range)
     }
@@ -384,7 +385,7 @@ impl<E: Estimator> Attitude<E> {
     }
 }
 
-/// What a person may read of a body after a sample, in its frame and units.
+/// Reading of a body after a sample, in its frame and units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// Everything known after the sample.
@@ -395,9 +396,9 @@ pub struct Reading {
     pub heading: f64,
     /// Up, in the axes of the sensor.
     pub up: [f64; 3],
-    /// What gravity alone makes the accelerometer show.
+    /// Specific force by gravity alone.
     pub gravity: [f64; 3],
-    /// What is to be known first of all.
+    /// Status of the filter.
     pub status: &'static str,
 }
 
@@ -406,7 +407,7 @@ pub struct Reading {
 pub struct Snapshot {
     /// From the axes of the sensor to those of the earth, the scalar first.
     pub quaternion: [f64; 4],
-    /// What is known next to it, bias in the unit of the gyro.
+    /// Estimates next to it, bias in the unit of the gyro.
     pub knowledge: Knowledge,
     /// Specific force without gravity, in the axes of the sensor and its unit.
     pub linear_acceleration: [f64; 3],

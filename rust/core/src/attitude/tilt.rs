@@ -18,10 +18,10 @@ const MAX_SPAN: f64 = 1e9;
 const MAX_SAMPLE: f64 = 1e150;
 const MAX_STATE: f64 = 1e170;
 const MAX_VARIANCE: f64 = 1e100;
-/// What rounding may cost the variance of a difference, relative to what was there before.
+/// Largest loss of a difference's variance by rounding, relative to the terms.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// How rate and angle are joined.
+/// Combination of rate and angle.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum TiltMethod {
     /// The complementary filter of first order.
@@ -76,7 +76,7 @@ pub const TILT_CONSTANTS: &[Constant<TiltConstants>] = &[
         unit: "s",
         range: [1e-6, 1e6],
         expected: "from 1e-6 to 1e6 s",
-        meaning: "Time in which the angle comes nearer to the accelerometer's by a factor of e",
+        meaning: "Time constant of the angle towards the accelerometer's",
         methods: &["complementary"],
         get: |c| Some(c.time_constant),
         set: |c, value| c.time_constant = value,
@@ -106,7 +106,7 @@ pub const TILT_CONSTANTS: &[Constant<TiltConstants>] = &[
         unit: "unit^2",
         range: [1e-60, 1e60],
         expected: "from 1e-60 to 1e60",
-        meaning: "Variance of one sample of the accelerometer's angle, whatever the rate",
+        meaning: "Variance of one sample of the accelerometer's angle",
         methods: KALMAN,
         get: |c| Some(c.r_measure),
         set: |c, value| c.r_measure = value,
@@ -123,12 +123,12 @@ pub const TILT_CONSTANTS: &[Constant<TiltConstants>] = &[
     },
 ];
 
-/// What a person chooses.
+/// Parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TiltParams {
     /// Samples a second.
     pub rate: f64,
-    /// How rate and angle are joined.
+    /// Combination of rate and angle.
     pub method: TiltMethod,
     /// The constants of both methods.
     pub constants: TiltConstants,
@@ -185,7 +185,7 @@ impl Tilt {
         })
     }
 
-    /// What was chosen.
+    /// The parameters.
     pub fn params(&self) -> &TiltParams {
         &self.params
     }
@@ -210,7 +210,7 @@ impl Tilt {
         self.sigma(1)
     }
 
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.samples
     }

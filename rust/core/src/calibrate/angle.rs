@@ -9,7 +9,7 @@ use crate::math::rotation::{step, turned};
 #[cfg(feature = "std")]
 const STEPS_PER_CHECK: usize = 1 << 14;
 
-/// What the rotation of a step is made of.
+/// Integration of a step's rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Integration {
     /// The rate at its end: Kalman's drift collection, 252-254.

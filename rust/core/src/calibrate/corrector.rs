@@ -18,8 +18,8 @@ const MAX_TEMPERATURE: f64 = 1e6;
 /// No force is larger.
 const MAX_FORCE: f64 = 1e201;
 
-/// What is done to raw samples: `force = accel_matrix (accel - accel_bias)` and
-/// `rate = gyro_matrix (gyro - bias - g_sensitivity force)`. Matrices hold their rows.
+/// Correction of raw samples: `force = accel_matrix (accel - accel_bias)` and `rate = gyro_matrix
+/// (gyro - bias - g_sensitivity force)`. Matrices hold their rows.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Correction {
     /// The inverse of what the gyro makes of its input.
@@ -30,7 +30,7 @@ pub struct Correction {
     pub accel_matrix: Matrix,
     /// Its output without input.
     pub accel_bias: Vector,
-    /// What a corrected force adds to the raw gyro.
+    /// Contribution of a corrected force to the raw gyro.
     pub g_sensitivity: Matrix,
     /// The gyro's bias where the temperature is known.
     pub temperature: Option<TemperatureCurve>,
@@ -87,7 +87,7 @@ impl Correction {
 /// range is long, and stays.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TemperatureCurve {
-    /// Where the bias is `c_0`, degC.
+    /// Temperature of `c_0`, degC.
     pub reference: f64,
     /// The least and the highest temperature that it was learned at, degC.
     pub range: [f64; 2],
@@ -133,13 +133,13 @@ fn product(matrix: &Matrix, v: &Vector) -> Vector {
     [0, 1, 2].map(|i| matrix[i][0] * v[0] + matrix[i][1] * v[1] + matrix[i][2] * v[2])
 }
 
-/// Whether no axis is missing.
+/// True if no axis is missing.
 #[inline(always)]
 fn present(sample: Vector) -> bool {
     sample[0].is_finite() & sample[1].is_finite() & sample[2].is_finite()
 }
 
-/// What was made of a sample, NaN if an axis of it is missing.
+/// The corrected sample, NaN if an axis of it is missing.
 #[inline(always)]
 fn shown(sample: Vector, corrected: Vector) -> Vector {
     let present = present(sample);
@@ -192,7 +192,7 @@ impl<const N: usize> ImuCorrector<N> {
         Ok(Self { correction, force: [0.0; 3], temperature: f64::NAN })
     }
 
-    /// What it does.
+    /// Its correction.
     pub fn correction(&self) -> &Correction {
         &self.correction
     }

@@ -1,4 +1,4 @@
-//! How far from constant gravity is in windows, and the bias that makes it most so.
+//! Deviation of gravity from constant in windows, and the bias that minimises it.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -40,7 +40,7 @@ pub(super) fn costs(windows: &[Means]) -> (Vec<f64>, f64) {
     (collect(windows.iter().map(cost)), g)
 }
 
-/// What a window's scatter counts in a fit.
+/// The weight of a window's scatter in a fit.
 pub(super) fn weight(cost: f64, g: f64) -> f64 {
     1.0 / ((cost + COST_FLOOR * COST_FLOOR) * MEANS as f64 * (g * g).max(f64::MIN_POSITIVE))
 }

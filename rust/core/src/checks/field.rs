@@ -118,7 +118,7 @@ impl Window {
         normal
     }
 
-    /// What field and hard iron leave of columns of each block.
+    /// Removes field and hard iron from the columns of each block.
     fn left<const N: usize>(&self, columns: &mut [SMatrix<f64, 3, N>]) {
         let mut right = SMatrix::<f64, 6, N>::zeros();
         for (turn, column) in self.rotations.iter().zip(columns.iter()) {

@@ -21,21 +21,21 @@ const COST_FLOOR: f64 = 0.01;
 type Numbers = SVector<f64, SIZE>;
 type Rows = SMatrix<f64, 3, SIZE>;
 
-/// What fits best.
+/// Best fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     /// Of each window.
     pub costs: Vec<f64>,
-    /// Bias, rad/s; what the matrix of the rate less its bias is beside 1, by rows; delay, s.
+    /// Bias, rad/s; the matrix minus 1 of the rate less its bias, by rows; delay, s.
     pub numbers: [f64; SIZE],
     /// Deviations of these.
     pub sigmas: [f64; SIZE],
 }
 
-/// What a window's scatter counts.
+/// Weighting of a window's scatter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Trust {
-    /// As in the fit of a bias: another gyro's axes are not to be taken for errors of this one.
+    /// As in the fit of a bias: another gyro's axes must not look like errors of this one.
     Little,
     /// As the scatter of three means and axes is: of a gyro that fits, so that deviations are right.
     Full,

@@ -1,4 +1,4 @@
-//! What motion shows of mistaken units, signs and axes: costs of hypotheses on a whole record.
+//! Check of units, signs and axes by motion: costs of hypotheses on a whole record.
 //!
 //! A hypothesis is a unit u and one of the 48 signed permutations P of the gyro's axes: the rate is
 //! `u P (gyro - b)`. Rotated by it into a frame that does not turn, gravity is constant, and what is

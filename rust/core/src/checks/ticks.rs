@@ -78,7 +78,7 @@ impl Means {
     }
 }
 
-/// Which samples are at the end of the range: there for several together, and rarely.
+/// Mask of samples at the end of the range: there for several together, and rarely.
 fn find_clipped(values: &[[f64; 3]]) -> Vec<bool> {
     let mut full = filled(false, values.len());
     for axis in 0..3 {
@@ -104,7 +104,7 @@ fn find_clipped(values: &[[f64; 3]]) -> Vec<bool> {
     full
 }
 
-/// Whether so many samples are hit as by the end of a range.
+/// True if so many samples are hit as by the end of a range.
 fn is_end(values: &[[f64; 3]], axis: usize, is_hit: impl Fn(f64) -> bool) -> bool {
     let (mut hits, mut there, mut run, mut most) = (0_usize, 0_usize, 0_usize, 0_usize);
     for value in values {

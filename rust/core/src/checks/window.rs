@@ -1,4 +1,4 @@
-//! Which windows of a record tell most, and the triangular means in one.
+//! Choice of the most informative windows of a record, and the triangular means in one.
 
 use nalgebra::Vector3;
 
@@ -85,7 +85,7 @@ mod tests {
         rates[100] = Vector3::new(f64::NAN, 0.0, 0.0);
         assert_eq!(windows(&rates, &forces, 80, 20), [0, 120, 160, 200, 240, 280, 320]);
         rates[350] = Vector3::new(9.0, 0.0, 0.0);
-        // Of windows alike the first counts.
+        // Among equal windows the first counts.
         assert_eq!(windows(&rates, &forces, 80, 3), [0, 160, 280]);
     }
 }

@@ -26,7 +26,7 @@ impl Units {
     pub const IDENTITY: Self = Self { scale: 1.0, origin: 0.0 };
 }
 
-/// How many approximations, and as many details, come of `n` samples.
+/// The number of approximations, and of details, from `n` samples.
 pub(super) fn length(n: usize, wavelet: Wavelet) -> usize {
     (n + wavelet.taps() - 1) / 2
 }

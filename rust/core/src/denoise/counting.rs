@@ -12,7 +12,7 @@ const WITHIN_ONE_SIGMA: f64 = 0.682_689;
 /// Sizes whose median it starts from.
 const INITIAL_SIZES: usize = 16;
 
-/// What a size weighs in a start is this over their number, which converges fastest.
+/// Weight of a size in a start, over their number, which converges fastest.
 const INITIAL_WEIGHT: f64 = 2.0;
 
 /// A deviation that follows slowly.
@@ -60,7 +60,7 @@ impl Counting {
         }
     }
 
-    /// Whether at most `samples` samples can have made it.
+    /// True if at most `samples` samples can have made it.
     pub(super) fn is_valid(&self, samples: u64) -> bool {
         let held = self.count.min(INITIAL_SIZES as u64) as usize;
         is_count(self.count)

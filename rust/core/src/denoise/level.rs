@@ -1,11 +1,11 @@
-//! How deep to go.
+//! Choice of the number of levels.
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::NORMAL_MEDIAN;
 use super::median::median_size;
 
-/// Which level is the last.
+/// Rule for the last level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LevelRule {
     /// This one.
@@ -33,7 +33,7 @@ const MAX_RATIO_ERROR: f64 = 0.05;
 const MAX_RMS_EXCESS: f64 = 0.1;
 
 impl LevelRule {
-    /// Whether a level after the first belongs to those that are thresholded; `sigma` and `first`
+    /// True if a level after the first belongs to those that are thresholded; `sigma` and `first`
     /// are deviation and number of details at the first level.
     pub(super) fn goes_on(&self, level: usize, details: &[f64], sigma: f64, first: usize) -> bool {
         match *self {

@@ -5,8 +5,8 @@ use crate::work;
 /// From as many numbers on, a sample of them says between which two the median lies.
 const MIN_LENGTH: usize = 1 << 14;
 
-/// How many are sampled, and how far beside its middle the two stand: four times as far as chance
-/// takes the median.
+/// Size of the sample, and distance of the two bounds from its middle: four times the chance error
+/// of the median.
 const SAMPLE_COUNT: usize = 1 << 10;
 const RANK_MARGIN: usize = SAMPLE_COUNT / 16;
 

@@ -6,27 +6,27 @@ use super::median::median_size;
 use super::{Mode, NORMAL_MEDIAN, Wavelet};
 use crate::work;
 
-/// How a record is denoised.
+/// Parameters of a record's denoising.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shrinkage {
     /// The wavelet.
     pub wavelet: Wavelet,
-    /// How deep it goes.
+    /// Rule for the last level.
     pub level: LevelRule,
-    /// What becomes of details above the threshold.
+    /// Treatment of details above the threshold.
     pub mode: Mode,
-    /// Whether what is below the last octave is thresholded as well.
+    /// True if what is below the last octave is thresholded as well.
     pub approximation: bool,
 }
 
-/// What a record was found to be.
+/// Result of denoising a record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Denoised {
     /// The last level that was thresholded.
     pub level: usize,
     /// The deviation of white noise, from the first level.
     pub sigma: f64,
-    /// What details are held to, σ√(2 ln n).
+    /// Threshold of details, σ√(2 ln n).
     pub threshold: f64,
 }
 
@@ -77,7 +77,7 @@ fn room(n: usize, wavelet: Wavelet, levels: usize) -> usize {
 
 /// A record taken apart.
 struct Parts<'a> {
-    /// How many details each level has.
+    /// Number of details of each level.
     lengths: Vec<usize>,
     /// From the first level to the last.
     details: &'a mut [f64],
@@ -106,7 +106,7 @@ impl<'a> Parts<'a> {
         self.lengths.len()
     }
 
-    /// How many approximations a level has.
+    /// The number of approximations of a level.
     fn length(&self, level: usize) -> usize {
         if level == 0 { self.sides[0].len() } else { self.lengths[level - 1] }
     }
@@ -126,7 +126,7 @@ impl<'a> Parts<'a> {
         deeper
     }
 
-    /// What is below the last level.
+    /// The approximation below the last level.
     fn rest(&mut self) -> &mut [f64] {
         let (level, n) = (self.level(), self.length(self.level()));
         &mut self.sides[level % 2][..n]
@@ -154,7 +154,7 @@ impl<'a> Parts<'a> {
     }
 }
 
-/// What is left below so many levels, then the details from the last level to the first.
+/// The approximation below so many levels, then the details from the last level to the first.
 pub fn decompose(z: &[f64], wavelet: Wavelet, levels: usize) -> Vec<Vec<f64>> {
     let mut record = work::filled(0.0, z.len());
     let mut room = work::filled(0.0, room(z.len(), wavelet, levels));

@@ -12,8 +12,7 @@ use crate::memory;
 use crate::stream::Stream;
 use crate::stream::checkpoint::Checkpoint;
 
-/// How fast the noise is followed: what the details of a second weigh together, and the most that
-/// one of them does.
+/// Weight of the noise per second of details, and the largest weight of one detail.
 const WEIGHT_PER_SECOND: f64 = 0.2;
 const MAX_WEIGHT: f64 = 0.5;
 
@@ -23,7 +22,7 @@ const ROUNDING: f64 = 32.0 * f64::EPSILON;
 /// Largest distance from the first sample: no level of the bank can make it infinite.
 const MAX_DISTANCE: f64 = 1e150;
 
-/// What a person chooses.
+/// Parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct WaveletParams {
     /// Samples a second: how fast the noise is followed.
@@ -32,7 +31,7 @@ pub struct WaveletParams {
     pub wavelet: Wavelet,
     /// Octaves that are denoised, from 1 to [`MAX_LEVEL`](WaveletDenoiser::MAX_LEVEL).
     pub level: usize,
-    /// What becomes of details above the threshold.
+    /// Treatment of details above the threshold.
     pub mode: Mode,
     /// Details below so many deviations of the noise are taken away; zero takes none.
     pub threshold: f64,
@@ -104,7 +103,7 @@ impl WaveletDenoiser {
         }
     }
 
-    /// What was chosen.
+    /// The parameters.
     pub fn params(&self) -> &WaveletParams {
         &self.params
     }
@@ -120,7 +119,7 @@ impl WaveletDenoiser {
         self.noise.sigma().min(f64::MAX_RAW)
     }
 
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.samples_seen
     }
@@ -130,7 +129,7 @@ impl WaveletDenoiser {
         self.missing
     }
 
-    /// Whether only missing samples were seen.
+    /// True if only missing samples were seen.
     fn has_not_begun(&self, fresh: &Self) -> bool {
         (self.missing, self.last, self.next) == (self.samples_seen, 0.0, 0.0)
             && self.noise == fresh.noise
@@ -188,7 +187,7 @@ fn waiting(below: usize, taps: usize) -> usize {
     ((1 << below) - 1) * (taps - 1)
 }
 
-/// Where a level begins in the state, for as many taps and levels.
+/// The offset of a level in the state, for as many taps and levels.
 #[inline(always)]
 fn begins(level: usize, taps: usize, levels: usize) -> usize {
     let details = (taps - 1) * ((1 << levels) - (1 << (levels - level)));

@@ -106,7 +106,7 @@ macro_rules! with_taps {
 }
 pub(super) use with_taps;
 
-/// What becomes of details, those below the threshold being zero.
+/// Treatment of details above the threshold, those below being zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
     /// All others come nearer to zero by the threshold.
@@ -133,7 +133,7 @@ impl Mode {
         }
     }
 
-    /// What becomes of one detail.
+    /// The shrunk detail.
     #[inline(always)]
     pub(super) fn shrink(self, d: f64, threshold: f64) -> f64 {
         let size = d.abs();

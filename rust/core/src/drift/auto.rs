@@ -31,9 +31,9 @@ pub struct AutoParams {
     pub startup: f64,
     /// The noise's deviation in the unit of the samples, if it is known.
     pub scale: Option<f64>,
-    /// What it takes, what it does about motion, and what it returns.
+    /// Input, treatment of motion, and output.
     pub behaviour: Behaviour,
-    /// What rest can be; of use only if motion is held.
+    /// Limits of rest; used only if motion is held.
     pub limits: RestLimits,
 }
 
@@ -46,7 +46,7 @@ pub struct AutoFilter<T> {
     startup: Startup<T>,
     model: Option<SensorModel<T>>,
     status: Status,
-    /// What is learned was so before the sensor was last switched on.
+    /// True if the learned state is from before the sensor was last switched on.
     experienced: bool,
     estimate: T,
     /// Standard deviation of the mean drift over the next ten seconds, once the noise is known.
@@ -56,7 +56,7 @@ pub struct AutoFilter<T> {
     interim: Interim<T>,
     /// The sample minus the estimate before it; zero where it is missing or in motion.
     innovation: T,
-    /// Largest sample so far: the drift is no larger as long as nothing else is known.
+    /// Largest sample to date: the drift is no larger as long as nothing else is known.
     reach: T,
     missing: bool,
     saturated: bool,
@@ -97,7 +97,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         })
     }
 
-    /// What it is doing.
+    /// Its status.
     pub fn status(&self) -> Status {
         match self.status.after(self.restarts) {
             _ if self.detector.is_stuck() => Status::Stuck,
@@ -111,8 +111,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.estimate
     }
 
-    /// Standard deviation of the mean drift over the next ten seconds about it; as long as what is
-    /// taken for rest may be motion, no less than a motion of the size of the samples would be off.
+    /// Standard deviation of the mean drift over the next ten seconds about it; while the assumed
+    /// rest may be motion, no less than the error of a motion of the samples' size.
     pub fn bias_sigma(&self) -> T {
         self.cautious(self.own_sigma(self.sigma))
     }
@@ -148,7 +148,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         sigma.at_least((level.simd_abs() + noise.simd_sqrt()).at_most(T::MAX_RAW))
     }
 
-    /// What it is taken for as rest is rest for certain.
+    /// The filter's own standard deviation, for certain rest.
     fn own_sigma(&self, learned: T) -> T {
         match (self.status, self.startup.samples()) {
             (status, _) if !begins(status) => learned,
@@ -161,7 +161,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.params.behaviour.hold_in_motion && self.detector.is_provisional()
     }
 
-    /// Whether the deviation hangs on the sample.
+    /// True if the deviation hangs on the sample.
     fn varies(&self) -> bool {
         begins(self.status) || self.is_provisional()
     }
@@ -177,14 +177,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.model.as_ref().filter(|_| !begins(self.status)).map(SensorModel::white_noise)
     }
 
-    /// Whether the sensor gives the same sample again and again.
+    /// True if the sensor gives the same sample again and again.
     #[inline(always)]
     #[cfg(feature = "std")]
     pub(crate) fn is_stuck(&self) -> bool {
         self.detector.is_stuck()
     }
 
-    /// Smallest step of the samples so far.
+    /// Smallest step of the samples to date.
     #[cfg(feature = "std")]
     pub(crate) fn resolution(&self) -> T {
         self.detector.resolution()
@@ -196,7 +196,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.detector.tick_length()
     }
 
-    /// What it was made of.
+    /// Its parameters.
     #[cfg(feature = "std")]
     pub(crate) fn params(&self) -> &AutoParams {
         &self.params
@@ -260,7 +260,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
-    /// What looked like rest was none.
+    /// Forgets a false rest.
     fn forget(&mut self) {
         self.startup.reset();
         if !self.experienced {
@@ -308,7 +308,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
-    /// Whether the noise of a rest is off by so many orders that it was never this sensor's.
+    /// True if the noise of a rest is off by so many orders that it was never this sensor's.
     fn disproves(&mut self, tick: &Tick<T>) -> bool {
         let learned = self.status == Status::AtRest && self.params.scale.is_none();
         match self.model.filter(|_| learned) {
@@ -361,7 +361,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
-    /// The estimate is the mean so far; zero as long as the sensor is not seen to rest.
+    /// The estimate is the mean to date; zero as long as the sensor is not seen to rest.
     #[cold]
     fn start(&mut self, z: T) {
         match self.status {
@@ -419,7 +419,7 @@ impl Default for AutoParams {
 }
 
 impl AutoParams {
-    /// Nothing is taken for rest before it has shown that it can be, where that is known.
+    /// Nothing counts as rest before it has shown that it can be, if limits are known.
     fn waits_for_rest(&self) -> bool {
         self.behaviour.hold_in_motion && self.limits.rest.is_some()
     }

@@ -41,7 +41,7 @@ pub struct DriftLoop<T, const N: usize, const M: usize> {
     pub(super) last: Correction<T>,
     /// `k` of Sage-Husa: samples that were not missing, and the memory given to G₀.
     count: T,
-    /// Largest sample so far.
+    /// Largest sample to date.
     peak: T,
     guards: T,
 }
@@ -388,7 +388,7 @@ where
         self.scaling.is_some()
     }
 
-    /// What it was started with, if it did not learn that itself.
+    /// Its start, if it did not learn that itself.
     pub fn start(&self) -> Option<&Start<T, N, M>> {
         self.start.as_ref()
     }
@@ -499,7 +499,7 @@ where
         self.estimate
     }
 
-    /// Start-up: returns the mean so far, zero before the first sample.
+    /// Start-up: returns the mean to date, zero before the first sample.
     #[cold]
     fn learn_scale(&mut self, z: T) -> T {
         self.inner.last.innovation = self.startup.difference(z);
@@ -536,7 +536,7 @@ where
         };
     }
 
-    /// Whether a sample proves the scale wrong by many orders, if it was learned and not given.
+    /// True if a sample proves the scale wrong by many orders, if it was learned and not given.
     #[cold]
     fn disproves(&mut self, z: T) -> bool {
         let scale_given = self.start.is_some() || self.params.scale.is_some();

@@ -64,7 +64,7 @@ const YY: usize = 3;
 const YZ: usize = 4;
 const ZZ: usize = 5;
 
-/// How the states go on unseen.
+/// Propagation of the states without measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Passage<T> {
     /// Part of each process that is left.
@@ -132,7 +132,7 @@ fn unseen(seconds: f64, rate: f64) -> f64 {
     ComplexField::ln(ratio) / core::f64::consts::PI
 }
 
-/// What is stated of the mean drift over a span.
+/// Statement on the mean drift over a span.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stated<T> {
     /// Its variance.
@@ -189,7 +189,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
         }
     }
 
-    /// The drift anew, with everything that was learned about the noise.
+    /// A new drift, with everything that was learned about the noise.
     pub fn begin(&mut self, mean: T, variance: T) {
         let (process, zero) = (self.b * T::of(PROCESS_VARIANCE), Each::zeros());
         let level = (process + process).map(|own| (own + variance).at_most(T::MAX_COVARIANCE));
@@ -198,7 +198,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
         self.waiting = T::zero();
     }
 
-    /// Time passes without a measurement; true where the states have been told.
+    /// Time passes without a measurement; true where the states have been updated.
     pub fn wait(&mut self, blocks: T) -> bool {
         self.waiting += blocks;
         let whole = self.waiting >= T::one();
@@ -208,7 +208,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
         whole
     }
 
-    /// What a span, from now on, has for a mean: its variance with all walks, and what is known of
+    /// The mean drift over a span from now on: its variance with all walks, and the estimate of
     /// flicker. Zero seconds are the instant.
     pub fn over(&self, seconds: f64, walks: &KalmanBank<T>) -> Stated<T> {
         let mut now = *self;
@@ -349,7 +349,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
-    /// Whether blocks can have made it of `fresh`.
+    /// True if blocks can have made it of `fresh`.
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
         let every = |values: &Each<T>, holds: &dyn Fn(T) -> bool| values.iter().all(|x| holds(*x));
         let most = T::MAX_DIFFERENCE;

@@ -29,7 +29,7 @@ pub trait PublishedFilter<T, const N: usize, const M: usize>:
     /// Its zones, if it is robust.
     fn robust(&self) -> Option<&RobustParams>;
 
-    /// What it was started with, if it did not learn that itself.
+    /// Its start, if it did not learn that itself.
     fn start(&self) -> Option<&Start<T, N, M>>;
 
     /// The filtered rate after the last sample.
@@ -123,7 +123,7 @@ where
         }
     }
 
-    /// Whether a detector looks at the samples.
+    /// True if a detector looks at the samples.
     fn looks(&self) -> bool {
         self.behaviour.hold_in_motion || self.behaviour.reject_outliers
     }

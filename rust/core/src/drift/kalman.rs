@@ -41,7 +41,7 @@ crate::math::laned!(State [N] { x, P } common {});
 #[cfg(feature = "std")]
 crate::math::laned!(Correction [] { innovation, variance, inverse } common {});
 
-/// Where component `i` of the next state stands in this one: each `y` moves down, `c` stays.
+/// The index in this state of component `i` of the next: each `y` moves down, `c` stays.
 #[inline(always)]
 fn source<const N: usize>(i: usize) -> usize {
     if i == N - 1 { i } else { i - 1 }
@@ -81,7 +81,7 @@ impl<T: Real, const N: usize> State<T, N> {
         Self { x, P }
     }
 
-    /// Where a covariance is so large, before or after the prediction, that the floor of the
+    /// True where a covariance is so large, before or after the prediction, that the floor of the
     /// process noise no longer outweighs rounding.
     #[inline(always)]
     pub fn is_large(&self, before: &Self) -> T::SimdBool {
@@ -132,7 +132,7 @@ impl<T, const N: usize> State<T, N>
 where
     T: Limits + Real<Element = T, SimdBool = bool>,
 {
-    /// Whether a running filter can have it.
+    /// True if a running filter can have it.
     pub(super) fn is_valid(&self) -> bool {
         self.x.iter().all(|x| is_within(*x, T::MAX_RAW))
             && self.P.is_covariance(T::MAX_COVARIANCE + T::MAX_COVARIANCE)
@@ -140,7 +140,7 @@ where
 }
 
 impl<T: Limits> Correction<T> {
-    /// Whether a running filter can have it; the innovation of a start-up may be too large for the
+    /// True if a running filter can have it; the innovation of a start-up may be too large for the
     /// scale learned.
     pub(super) fn is_valid(&self) -> bool {
         !is_nan(self.innovation) && is_size(self.variance, T::MAX) && is_size(self.inverse, T::MAX)

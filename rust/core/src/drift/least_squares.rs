@@ -30,7 +30,7 @@ pub struct Rls<T, const N: usize, const M: usize> {
 #[cfg(feature = "std")]
 crate::math::laned!(Rls [N, M] { growth, parameters, history, unit_upper, diagonal } common {});
 
-/// What the covariance says of the regressor, before the sample is there.
+/// Projection of the covariance on the regressor, before the sample arrives.
 #[derive(Debug, Clone, Copy)]
 pub struct Projection<T, const M: usize> {
     /// `Uᵀ f`.
@@ -212,7 +212,7 @@ where
         Ok(rls)
     }
 
-    /// Whether samples can have made it of `fresh`, which knows nothing.
+    /// True if samples can have made it of `fresh`, which knows nothing.
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
         let known = (0..M).flat_map(|j| (0..M).map(move |i| (i, j)));
         let is_factor = |(i, j): (usize, usize)| match i < j {
@@ -234,7 +234,7 @@ fn learned_max<T: Real>() -> T {
     T::limit(<T::Element as Limits>::MAX_LEARNED)
 }
 
-/// What a person chooses for [`RecursiveLeastSquares`].
+/// Parameters of [`RecursiveLeastSquares`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RlsParams {
     /// λ in (0, 1]; 1 never forgets.
@@ -312,7 +312,7 @@ where
         self.rls.covariance()
     }
 
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.samples_seen
     }
@@ -335,7 +335,7 @@ impl<T: Number, const N: usize, const M: usize> Stream for RecursiveLeastSquares
     type Output = T;
 
     /// The a-posteriori residual in the unit of the samples; during start-up the difference to
-    /// the mean so far, and zero for a missing sample.
+    /// the mean to date, and zero for a missing sample.
     #[inline]
     fn update(&mut self, z: T) -> T {
         self.samples_seen += 1;

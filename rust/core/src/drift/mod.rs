@@ -39,10 +39,10 @@ use crate::rest::{MotionAware, Tick};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Traced};
 
-/// What a filter is doing.
+/// Status of a filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Status {
-    /// The drift is the mean so far.
+    /// The drift is the mean to date.
     Starting,
     /// The same, after the scale learned before was proved wrong by many orders.
     Restarting,
@@ -82,7 +82,7 @@ impl Status {
         }
     }
 
-    /// The same for a filter whose scale was learned anew so often.
+    /// The same for a filter whose scale was learned again so often.
     fn after(self, restarts: u64) -> Self {
         match self {
             Self::Starting if restarts > 0 => Self::Restarting,
@@ -108,7 +108,7 @@ impl Tally {
         self.stuck += u64::from(tick.stuck);
     }
 
-    /// Whether so many samples can have made it, so many of which are yet to be tested.
+    /// True if so many samples can have made it, so many of which are yet to be tested.
     fn is_within(&self, samples: u64, pending: u64) -> bool {
         self.is_within_each(samples, pending, pending)
     }
@@ -135,7 +135,7 @@ pub struct Drift<T> {
     pub at_rest: bool,
 }
 
-/// What every drift filter tells in addition to its outputs.
+/// Readings of every drift filter in addition to its outputs.
 pub trait DriftStream<T>: Traced<Input = T, Output = T> + MotionAware + Checkpoint {
     /// The parts of a [`Start`], for filters that can be started.
     const START: &'static [Field] = &[];
@@ -143,13 +143,13 @@ pub trait DriftStream<T>: Traced<Input = T, Output = T> + MotionAware + Checkpoi
     /// The options that make such a filter.
     fn options(&self) -> Options;
 
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     fn samples_seen(&self) -> u64;
 
     /// The start-up is over.
     fn ready(&self) -> bool;
 
-    /// What it is doing.
+    /// Its status.
     fn status(&self) -> Status;
 
     /// The drift now.
@@ -182,17 +182,17 @@ pub trait DriftStream<T>: Traced<Input = T, Output = T> + MotionAware + Checkpoi
         None
     }
 
-    /// How often the step of the process noise had to be shortened.
+    /// Number of shortened steps of the process noise.
     fn guard_count(&self) -> u64 {
         0
     }
 
-    /// How often a row of outliers was so long that it was taken for a step of the signal.
+    /// Number of runs of outliers so long that they were accepted as a step of the signal.
     fn exit_count(&self) -> u64 {
         0
     }
 
-    /// How often its scale was proved wrong by many orders and learned anew.
+    /// Number of restarts after its scale was wrong by many orders.
     fn restarts(&self) -> u64 {
         0
     }

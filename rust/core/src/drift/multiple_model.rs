@@ -58,7 +58,7 @@ pub struct Mixture<T> {
     pub P: T,
 }
 
-/// What a block does to one member.
+/// Effect of a block on one member.
 #[derive(Clone, Copy)]
 struct Step<T> {
     innovation: T,
@@ -118,7 +118,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
         }
     }
 
-    /// The drift anew, with everything that was learned about the noise.
+    /// A new drift, with everything that was learned about the noise.
     pub fn begin(&mut self, mean: T, variance: T) {
         self.x = Each::repeat(mean);
         self.P = Each::repeat(variance);
@@ -131,7 +131,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
         }
     }
 
-    /// What a block, perhaps not yet full, says of the drift at its end.
+    /// The drift at the end of a block, perhaps not yet full.
     #[inline]
     pub fn filtered(&self, block: &BlockMean<T>) -> Mixture<T> {
         self.mixture(|m| {
@@ -261,7 +261,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
-    /// Whether blocks of means within `reach` can have made it of `fresh`.
+    /// True if blocks of means within `reach` can have made it of `fresh`.
     pub(super) fn is_after(&self, fresh: &Self, reach: T) -> bool {
         let every = |values: &Each<T>, holds: &dyn Fn(T) -> bool| values.iter().all(|x| holds(*x));
         let (zero, most) = (T::zero(), T::MAX_DIFFERENCE);

@@ -9,7 +9,7 @@ use crate::{
 
 /// A number that drift filters are made of, and whether several of them share a register.
 pub trait DriftNumber: Number {
-    /// How many filters share one.
+    /// The number of filters in one.
     #[cfg(feature = "std")]
     fn lane_count() -> usize {
         1

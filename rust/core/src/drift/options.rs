@@ -20,9 +20,9 @@ pub struct Options {
     pub params: Params,
     /// The zones of method robust, whose chain is that of akf; `None` for all others.
     pub robust: Option<RobustParams>,
-    /// What it takes, what it does about motion, and what it returns.
+    /// Input, treatment of motion, and output.
     pub behaviour: Behaviour,
-    /// What rest can be, for the filter that tunes itself.
+    /// Limits of rest, for the filter that tunes itself.
     pub limits: RestLimits,
 }
 
@@ -84,7 +84,7 @@ impl Options {
         AutoParams { rate, startup, scale, behaviour: self.behaviour, limits: self.limits }
     }
 
-    /// Whether the method uses an option.
+    /// True if the method uses an option.
     pub fn uses(&self, option: &DriftOption) -> bool {
         option.methods.contains(&self.method_name())
     }
@@ -105,7 +105,7 @@ pub enum Value {
     Pair((f64, f64)),
 }
 
-/// What values an option takes.
+/// Kind of an option's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A number.
@@ -125,13 +125,13 @@ pub enum Kind {
 pub struct DriftOption {
     /// Its name in Python; on the command line with hyphens.
     pub name: &'static str,
-    /// What values it takes.
+    /// Kind of its values.
     pub kind: Kind,
     /// Unit of a number, empty where it has none.
     pub unit: &'static str,
     /// Its range, as refusals say it.
     pub expected: &'static str,
-    /// What it is, in one sentence without a full stop.
+    /// Its meaning, in one sentence without a full stop.
     pub meaning: &'static str,
     /// The methods that use it.
     pub methods: &'static [&'static str],
@@ -155,7 +155,7 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::Choice(&["compensated", "estimate"]),
         unit: "",
         expected: "'compensated' or 'estimate'",
-        meaning: "'compensated', the sample minus its bias, or the 'estimate' of the bias itself",
+        meaning: "Output: samples minus their bias, or the bias",
         methods: &METHODS,
         get: |o| Value::Word(if o.behaviour.compensated { "compensated" } else { "estimate" }),
         set: |o, value| o.behaviour.compensated = value == Value::Word("compensated"),
@@ -165,8 +165,8 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::Choice(&["hold", "ignore"]),
         unit: "",
         expected: "'hold' or 'ignore'",
-        meaning: "'hold' the bias in motion and learn at rest only, which is the default of auto, or \
-                  'ignore' motion and take every sample for rest, which is that of the others",
+        meaning: "In motion: 'hold' the bias (default of auto), or 'ignore' motion and treat every sample as \
+                  rest (default of the others)",
         methods: &METHODS,
         get: |o| Value::Word(if o.behaviour.hold_in_motion { "hold" } else { "ignore" }),
         set: |o, value| o.behaviour.hold_in_motion = value == Value::Word("hold"),
@@ -176,7 +176,7 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::MaybeNumber,
         unit: "unit of the samples",
         expected: "a positive number",
-        meaning: "End of the sensor's range: a sample of this size or beyond is missing",
+        meaning: "End of the sensor's range, from which on samples are missing",
         methods: &METHODS,
         get: |o| maybe(o.behaviour.limit),
         set: |o, value| set_maybe(&mut o.behaviour.limit, value),
@@ -186,7 +186,7 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::MaybeNumber,
         unit: "unit of the samples",
         expected: "a positive number",
-        meaning: "Deviation of the samples above which a sensor of this kind cannot be at rest",
+        meaning: "Standard deviation above which a sensor cannot be at rest",
         methods: AUTO,
         get: |o| maybe(o.limits.rest),
         set: |o, value| set_maybe(&mut o.limits.rest, value),
@@ -196,7 +196,7 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::MaybeNumber,
         unit: "unit of the samples",
         expected: "a positive number",
-        meaning: "Level above which nothing is taken for a bias",
+        meaning: "Largest level that can be a bias",
         methods: AUTO,
         get: |o| maybe(o.limits.bias),
         set: |o, value| set_maybe(&mut o.limits.bias, value),
@@ -206,7 +206,7 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::Order,
         unit: "",
         expected: "(p, q) with p from 1 to 3 and q from 0 to 3",
-        meaning: "Orders of the ARMA model of the drift",
+        meaning: "Orders of the drift's ARMA model",
         methods: PUBLISHED,
         get: |o| Value::Order((o.order.0 as i64, o.order.1 as i64)),
         set: |o, value| {
@@ -220,8 +220,8 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::Number,
         unit: "",
         expected: "zero or a positive number",
-        meaning: "How fast the drift may change at the start, relative to the noise: 1e-6 is slow, 1 \
-                  follows motion",
+        meaning: "Initial process noise of the drift, relative to the noise: 1e-6 is slow, 1 follows \
+                  motion",
         methods: PUBLISHED,
         get: |o| Value::Number(o.params.process_noise),
         set: |o, value| set_number(&mut o.params.process_noise, value),
@@ -231,7 +231,7 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::Number,
         unit: "",
         expected: "above 0 and at most 1",
-        meaning: "Memory of the measurement noise: 0.97 is that of about 33 samples, 1 of all",
+        meaning: "Fading factor of the measurement noise: 0.97 averages about 33 samples, 1 all",
         methods: FADING,
         get: |o| Value::Number(o.params.fading),
         set: |o, value| set_number(&mut o.params.fading, value),
@@ -241,7 +241,7 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::Number,
         unit: "samples",
         expected: "zero or a positive number",
-        meaning: "Samples that the process noise of the start counts for in addition to those seen",
+        meaning: "Weight of the initial process noise, in samples",
         methods: FADING,
         get: |o| Value::Number(o.params.process_noise_memory),
         set: |o, value| set_number(&mut o.params.process_noise_memory, value),
@@ -251,8 +251,7 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::Choice(&["allan", "hadamard"]),
         unit: "",
         expected: "'allan' or 'hadamard'",
-        meaning: "Variance that the measurement noise is taken from: 'hadamard' is blind to a steady \
-                  change of the rate",
+        meaning: "Variance for the measurement noise: 'hadamard' ignores a steady change of the rate",
         methods: PUBLISHED,
         get: |o| Value::Word(o.params.noise.name()),
         set: |o, value| {
@@ -265,7 +264,7 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::Choice(&["keep", "reject"]),
         unit: "",
         expected: "'keep' or 'reject'",
-        meaning: "'keep' outliers, as published, or 'reject' them, as auto always does",
+        meaning: "Outliers: kept, as published, or rejected, as by auto",
         methods: KEEPING,
         get: |o| Value::Word(if o.behaviour.reject_outliers { "reject" } else { "keep" }),
         set: |o, value| o.behaviour.reject_outliers = value == Value::Word("reject"),
@@ -275,7 +274,7 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::MaybeNumber,
         unit: "s",
         expected: "zero or a positive number of seconds",
-        meaning: "How long the model of the drift is learned after the start-up",
+        meaning: "Learning time of the drift model after the start-up",
         methods: PUBLISHED,
         get: |o| maybe(o.params.adapt_for),
         set: |o, value| set_maybe(&mut o.params.adapt_for, value),
@@ -285,7 +284,7 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::Number,
         unit: "",
         expected: "above 0 and at most 1",
-        meaning: "Memory of the model of the drift: 1 forgets nothing, small forgets quickly",
+        meaning: "Forgetting factor of the drift model: 1 forgets nothing",
         methods: PUBLISHED,
         get: |o| Value::Number(o.params.forgetting_factor),
         set: |o, value| set_number(&mut o.params.forgetting_factor, value),
@@ -295,8 +294,8 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::PairOr(&[AS_PUBLISHED]),
         unit: "",
         expected: ZONES_EXPECTED,
-        meaning: "Deviations of an innovation beyond which it is an outlier, and the part of these \
-                  beyond which it is bounded",
+        meaning: "Normalised innovation from which a sample is an outlier, and share of it from which the \
+                  innovation is bounded",
         methods: ROBUST,
         get: |o| match robust(o).zones {
             Zones::Published => Value::Word(AS_PUBLISHED),
@@ -315,7 +314,7 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::Number,
         unit: "",
         expected: "from 0 to 1",
-        meaning: "Part of the gain that is left to an outlier",
+        meaning: "Share of the gain for an outlier",
         methods: ROBUST,
         get: |o| Value::Number(robust(o).damping),
         set: |o, value| set_robust(o, |robust| set_number(&mut robust.damping, value)),
@@ -325,7 +324,7 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::Number,
         unit: "",
         expected: "from 0 to 1",
-        meaning: "Part of an innovation between the zones that moves the prediction; 0 bounds it",
+        meaning: "Share of an innovation between the zones; 0 bounds it",
         methods: ROBUST,
         get: |o| Value::Number(robust(o).correction),
         set: |o, value| set_robust(o, |robust| set_number(&mut robust.correction, value)),
@@ -335,7 +334,7 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::Number,
         unit: "s",
         expected: "a positive number of seconds",
-        meaning: "Length of the start-up, whose mean is the first bias",
+        meaning: "Length of the start-up; its mean is the first bias",
         methods: &METHODS,
         get: |o| Value::Number(o.params.startup),
         set: |o, value| set_number(&mut o.params.startup, value),
@@ -345,7 +344,7 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::MaybeNumber,
         unit: "unit of the samples",
         expected: "a positive number",
-        meaning: "Deviation of the noise where it is known; else it is learned",
+        meaning: "Standard deviation of the noise; by default learned",
         methods: &METHODS,
         get: |o| maybe(o.params.scale),
         set: |o, value| set_maybe(&mut o.params.scale, value),

@@ -9,7 +9,7 @@ use crate::error::{
 };
 use crate::math::{Limits, Real};
 
-/// Which noise covariances adapt: the three filters that Fu & Han compare are one.
+/// Adaptive noise covariances: the three filters that Fu & Han compare are one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Method {
     /// G and R stay what the start-up window says.
@@ -20,7 +20,7 @@ pub enum Method {
     Fading,
 }
 
-/// What a filter takes, what it does about motion, and what it returns.
+/// Input of a filter, treatment of motion, and output.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Behaviour {
     /// Size from which on a sample is at the end of the sensor's range, and missing.
@@ -54,13 +54,13 @@ impl Behaviour {
         Ok(self)
     }
 
-    /// Whether a sample is at the end of the sensor's range.
+    /// True if a sample is at the end of the sensor's range.
     #[inline(always)]
     pub(crate) fn saturates<T: Limits + Real<Element = T, SimdBool = bool>>(self, z: T) -> bool {
         self.limit.is_some_and(|limit| z.simd_abs() >= T::of(limit) && z.finite())
     }
 
-    /// What is returned for a sample whose drift is known, NaN where the sample is missing.
+    /// The output for a sample with known drift, NaN where the sample is missing.
     #[inline(always)]
     pub(crate) fn output<T>(self, z: T, drift: T) -> T
     where
@@ -79,11 +79,11 @@ impl Behaviour {
 pub struct Params {
     /// Samples a second.
     pub rate: f64,
-    /// Which covariances adapt.
+    /// Covariances that adapt.
     pub method: Method,
     /// Memory b of the measurement noise in (0, 1], used by [`Method::Fading`].
     pub fading: f64,
-    /// Which variance the measurement noise is taken from.
+    /// Variance of the measurement noise.
     pub noise: AllanKind,
     /// Seconds after the start-up during which the drift model is learned; `None`: always.
     pub adapt_for: Option<f64>,

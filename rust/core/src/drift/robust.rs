@@ -143,7 +143,7 @@ fn gate_sample<T, const N: usize, const M: usize>(
     inner.last = Correction { innovation, ..last };
 }
 
-/// What model and noise learn: nothing, NaN, of an outlier, unless as published.
+/// The sample that model and noise learn: none, NaN, for an outlier, unless as published.
 #[inline(always)]
 fn learning_sample<T>(verdict: &Verdict<T>, law: &RobustParams, predicted: T, y: T) -> T
 where
@@ -156,8 +156,8 @@ where
     }
 }
 
-/// What is left of the first row of a covariance that falls by `fall` times `S K Kᵀ`, where `ratio`
-/// is R/S.
+/// The share that is left of the first row of a covariance that falls by `fall` times `S K Kᵀ`,
+/// where `ratio` is R/S.
 #[inline(always)]
 fn decay<T: Real>(fall: T, ratio: T) -> T {
     T::one() - fall + fall * ratio

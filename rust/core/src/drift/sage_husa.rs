@@ -14,7 +14,7 @@ use nalgebra::{SVector, SimdBool};
 use super::kalman::Correction;
 use crate::math::{Aside, Real, Symmetric, choose};
 
-/// How far `G` may sink along `v vᵀ`: by `height / slope`.
+/// Headroom of `G` along `v vᵀ`: `height / slope`.
 #[derive(Debug, Clone, Copy)]
 pub struct Headroom<T> {
     /// Positive as long as `G` lies inside the floor.

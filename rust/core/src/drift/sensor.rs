@@ -40,7 +40,7 @@ pub struct SensorModel<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
-    /// What `samples` samples of a start-up at `rate` say, their noise taken to be white.
+    /// The model after `samples` samples of a start-up at `rate`, whose noise is assumed white.
     ///
     /// # Errors
     /// None for the constants in use.
@@ -60,7 +60,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
         Ok(learned)
     }
 
-    /// The drift anew, from the mean of `samples` samples; what is known of the noise stays.
+    /// A new drift, from the mean of `samples` samples; the estimate of the noise stays.
     pub fn begin(&mut self, mean: T, samples: T) {
         let variance = self.sample_noise() / samples.at_least(T::one());
         self.bank.begin(mean, variance);
@@ -80,12 +80,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
         self.scaling.scale()
     }
 
-    /// Whether a tick's noise is far from what is known: what was learned was not rest.
+    /// True if a tick's noise is far from the learned one: that was not rest.
     pub fn is_another(&self, tick: &Tick<T>) -> bool {
         self.noise.is_another(self.scaling.normalised_difference(tick.deviation))
     }
 
-    /// The noise anew, from the first tick of it; what is known of the drift stays.
+    /// New noise, from its first tick; the estimate of the drift stays.
     pub fn relearn_noise(&mut self, tick: &Tick<T>) {
         self.noise.relearn(self.scaling.normalised_difference(tick.deviation));
     }
@@ -260,13 +260,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> TickNoise<T> {
         self.of_means.interrupt();
     }
 
-    /// Whether samples of this deviation are so far off that what was learned was not rest.
+    /// True if samples of this standard deviation differ so much that the learned state was not
+    /// rest.
     fn is_another(&self, deviation: T) -> bool {
         let (now, known) = (deviation * deviation, self.of_samples);
         now > known * T::of(MAX_VARIANCE_RATIO) || now * T::of(MAX_VARIANCE_RATIO) < known
     }
 
-    /// The noise anew, from the deviation of a tick.
+    /// New noise, from the standard deviation of a tick.
     fn relearn(&mut self, deviation: T) {
         let variance = (deviation * deviation).at_least(T::VARIANCE_FLOOR);
         let louder = variance / self.of_samples.at_least(T::VARIANCE_FLOOR);
@@ -293,12 +294,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> TickNoise<T> {
     }
 }
 
-/// Samples of a block so far, centred and scaled.
+/// Samples of a block to date, centred and scaled.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Block<T> {
     /// Samples of a full block.
     length: T,
-    /// Samples so far, missing ones included.
+    /// Samples to date, missing ones included.
     elapsed: T,
     /// Samples that were there.
     present: T,
@@ -332,7 +333,7 @@ impl<T: Real + PartialOrd> Block<T> {
         self.elapsed >= self.length
     }
 
-    /// The mean so far, if a sample was there, given the noise of a single one.
+    /// The mean to date, if a sample was there, given the noise of a single one.
     fn mean(&self, noise: T) -> Option<BlockMean<T>> {
         (self.present > T::zero()).then(|| BlockMean {
             mean: self.sum / self.present,
@@ -351,11 +352,11 @@ pub struct DriftNow<T> {
     pub sigma: T,
     /// Standard deviation of the drift as the walks alone have it: the one of the Kalman step.
     pub walk_sigma: T,
-    /// How it goes on until the next tick.
+    /// Propagation until the next tick.
     pub interim: Interim<T>,
 }
 
-/// What a sample does to the drift before its tick is complete and known to be rest or motion.
+/// Effect of a sample on the drift before its tick is complete and known to be rest or motion.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Interim<T> {
     /// Weight of a sample.

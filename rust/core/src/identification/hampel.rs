@@ -17,7 +17,7 @@ pub struct Hampel {
     pub width: usize,
     /// Deviations from the median beyond which a sample is an outlier.
     pub threshold: f64,
-    /// What the deviation is at least taken for: a coarse record's own may be 0.
+    /// Lower bound of the standard deviation: a coarse record's own may be 0.
     pub least_deviation: f64,
 }
 
@@ -105,7 +105,7 @@ impl Window {
         }
     }
 
-    /// How many are less.
+    /// The number of smaller values.
     fn rank(&self, z: f64) -> usize {
         self.0.partition_point(|other| *other < z)
     }

@@ -19,7 +19,7 @@ const SUMS: usize = 4;
 pub struct LaggedProducts {
     /// Sum of z_k z_(k+l) for l = 0, 1, ...
     pub sums: Vec<f64>,
-    /// How many products were summed.
+    /// Number of products summed.
     pub pairs: Vec<u64>,
 }
 

@@ -1,7 +1,7 @@
 //! Offline identification: from a whole record at rest to a drift model.
 //!
 //! A record is a slice in which a value that is not finite is missing; the run of samples between
-//! two missing ones is a *segment*. Conditional estimators start anew at every segment.
+//! two missing ones is a *segment*. Conditional estimators start again at every segment.
 
 pub mod arma;
 mod autoregression;

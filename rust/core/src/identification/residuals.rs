@@ -18,8 +18,7 @@ pub struct Arma<'a> {
 
 impl Arma<'_> {
     /// The conditional residuals `a_k = z_k - Σφ z_{k-i} - Σθ a_{k-j} - c`.
-    ///
-    /// Every segment starts anew: before it samples are taken to be at the centre and residuals
+    /// Every segment starts again: before it samples are taken to be at the centre and residuals
     /// zero. Its first `p` residuals rest on that, and are NaN as those of missing samples.
     pub fn residuals(&self, record: &[f64]) -> Vec<f64> {
         let mut residuals = work::filled(f64::NAN, record.len());
@@ -32,7 +31,7 @@ impl Arma<'_> {
         residuals
     }
 
-    /// What the autoregression leaves of the samples.
+    /// The residuals of the autoregression.
     fn autoregress(&self, segment: &[f64], left: &mut [f64]) {
         for (w, z) in left.iter_mut().zip(segment) {
             *w = z - self.centre - self.constant;

@@ -8,7 +8,7 @@ const BLOCK: usize = 16;
 /// Blocks of more are sorted only as long as nobody has asked the work to stop.
 const VALUES_PER_CHECK: usize = 1 << 14;
 
-/// How often the order of values is reversed, and how often it cannot be told.
+/// Number of reversals in the order of values, and of ties.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reversals {
     /// Pairs i < j with y_i > y_j.

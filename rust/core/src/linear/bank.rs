@@ -69,9 +69,9 @@ impl<'a> Varying<'a> {
 /// Steps to take, by the matrices of the model where none are given.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Batch<'a> {
-    /// How many.
+    /// Number of steps.
     pub steps: usize,
-    /// Whether each begins with a prediction.
+    /// True if each begins with a prediction.
     pub predicts: bool,
     /// n × n.
     pub F: Option<Varying<'a>>,
@@ -81,7 +81,7 @@ pub struct Batch<'a> {
     pub B: Option<Varying<'a>>,
     /// Inputs, p a channel and step; empty for none.
     pub u: &'a [f64],
-    /// Whether each ends with a correction.
+    /// True if each ends with a correction.
     pub corrects: bool,
     /// m × n.
     pub H: Option<Varying<'a>>,
@@ -91,7 +91,7 @@ pub struct Batch<'a> {
     pub z: &'a [f64],
 }
 
-/// What is known after each step, a channel after the other; what is empty is not kept.
+/// State after each step, a channel after the other; empty arrays are not kept.
 #[derive(Debug)]
 pub struct Known<'a> {
     /// n a channel.
@@ -242,8 +242,8 @@ impl LinearBank {
         &self.log_likelihood
     }
 
-    /// How many covariances these measurements need: one if that of all channels is the same to the
-    /// bit and stays so, else one a channel. [`run`](Self::run) then keeps so many.
+    /// The number of covariances that these measurements need: one if that of all channels is the
+    /// same to the bit and stays so, else one a channel. [`run`](Self::run) then keeps so many.
     pub fn covariances(&mut self, z: &[f64]) -> usize {
         let (size, row) = (self.P0.len(), self.innovation.len());
         self.shared = self.shared || self.are_equal();
@@ -257,7 +257,7 @@ impl LinearBank {
         self.P.len() / size
     }
 
-    /// Whether the covariances of all channels are the same.
+    /// True if the covariances of all channels are the same.
     pub(super) fn are_equal(&self) -> bool {
         let (first, others) = self.P.split_at(self.P0.len());
         others.chunks_exact(first.len()).all(|P| P == first)
@@ -381,7 +381,7 @@ impl LinearBank {
         }
     }
 
-    /// Writes down what is known after a step.
+    /// Writes down the state after a step.
     #[inline(always)]
     fn keep(&self, step: usize, known: &mut Known<'_>) {
         let covariances = self.covariance();
@@ -413,7 +413,7 @@ fn of_step<'a>(given: Option<Varying<'a>>, own: &'a [f64], step: usize) -> &'a [
     given.map_or(own, |given| given.at(step))
 }
 
-/// Whether all channels of a row miss the same measurements.
+/// True if all channels of a row miss the same measurements.
 #[inline(always)]
 fn misses_the_same(row: &[f64], m: usize) -> bool {
     let (first, others) = row.split_at(m.min(row.len()));
@@ -448,7 +448,7 @@ impl Model {
         settle_covariance("R", None, m, &mut self.R)
     }
 
-    /// Whether its covariances are symmetric to the bit.
+    /// True if its covariances are symmetric to the bit.
     pub(super) fn is_settled(&self) -> bool {
         [(self.sizes[0], &self.Q), (self.sizes[1], &self.R)].iter().all(|(size, matrix)| {
             (0..*size).all(|i| (0..i).all(|j| matrix[i * size + j] == matrix[j * size + i]))

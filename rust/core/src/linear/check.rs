@@ -1,4 +1,4 @@
-//! Whether matrices can be those of a filter.
+//! Checks of a filter's matrices.
 
 use super::step::{MAX_ELEMENT, MAX_STATE, MAX_VARIANCE, MIN_VARIANCE, is_semidefinite};
 use crate::error::Error;

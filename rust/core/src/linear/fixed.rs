@@ -22,7 +22,7 @@ pub struct LinearKalman<const N: usize, const M: usize> {
     pub P: Matrix<N, N>,
 }
 
-/// What a correction tells.
+/// Result of a correction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Correction<const M: usize> {
     /// z - H x before it, NaN where a measurement is missing.

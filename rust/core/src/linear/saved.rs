@@ -20,7 +20,7 @@ const MAX_INDEFINITENESS: f64 = 1e-12;
 const NUMBER_BYTES: usize = 8;
 const OTHER_BYTES: usize = 256;
 
-/// What is written: the covariance once if that of all channels is the same, however that came.
+/// Saved form: the covariance once if that of all channels is the same, for whatever reason.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Saved {
     channels: Option<usize>,
@@ -63,7 +63,7 @@ impl LinearBank {
         Ok(bytes)
     }
 
-    /// What [`save`](Self::save) wrote.
+    /// Restores the state of [`save`](Self::save).
     ///
     /// # Errors
     /// Every variant of [`Error`] that speaks of a checkpoint, or [`Error::Memory`].
@@ -126,7 +126,7 @@ impl Checkpoint for Saved {
     }
 }
 
-/// Whether a filter can have come to this covariance.
+/// True if a filter can have come to this covariance.
 fn is_covariance(n: usize, P: &[f64]) -> bool {
     let mut room = vec![0.0; n * n];
     let symmetric = (0..n).all(|i| (0..i).all(|j| P[i * n + j] == P[j * n + i]));

@@ -9,7 +9,7 @@ use crate::math::Pairs;
 use crate::memory;
 use crate::work;
 
-/// What a filter has made of a record of `channels` channels: states after each step, and covariances,
+/// Output of a filter for a record of `channels` channels: states after each step, and covariances,
 /// one a channel or one for all of them.
 #[derive(Debug, Clone, Copy)]
 pub struct Filtered<'a> {

@@ -39,7 +39,7 @@ fn chi_squared(freedom: f64) -> Option<ChiSquared> {
 /// From here down the tail's series is exact to rounding.
 const TAIL: f64 = -20.0;
 
-/// Logarithm of the cumulative standard normal distribution, also far into its tail.
+/// Logarithm of the cumulative standard normal distribution, alto date into its tail.
 pub fn log_normal_cdf(x: f64) -> f64 {
     let half_erfc = |x: f64| 0.5 * erfc(x * FRAC_1_SQRT_2);
     if x < TAIL {

@@ -276,7 +276,7 @@ impl<S: Simd> Mask<S> {
         Self(simd::<S>().equal_u64s(zero, zero))
     }
 
-    /// Whether the condition holds in lane `i`.
+    /// True if the condition holds in lane `i`.
     pub fn holds(self, i: usize) -> bool {
         Lane::<S>::one().select(self, Lane::zero()).extract(i) != 0.0
     }

@@ -1,4 +1,4 @@
-//! Numbers, matrices and distributions that several modules share: scalars and SIMD lanes alike,
+//! Numbers, matrices and distributions that several modules share: scalars and SIMD lanes,
 //! symmetric matrices, rotations, segments of a record.
 
 #[cfg(feature = "std")]

@@ -1,7 +1,7 @@
 //! A loop over tasks on the threads of a pool (feature `parallel`), or on the caller's.
 
-/// What `f` returns of each task, in order: with `parallel` on the pool that the caller is in, or
-/// on that of the process.
+/// The results of `f` for each task, in order: with `parallel` on the pool that the caller is in,
+/// or on that of the process.
 #[cfg(feature = "parallel")]
 pub fn map<T: Send, R: Send>(
     tasks: Vec<T>,
@@ -40,7 +40,7 @@ fn each<P: Send>(slots: &mut [P], work: &(impl Fn(&mut P) + Sync)) {
     }
 }
 
-/// What `f` returns of each task, in order.
+/// The results of `f` for each task, in order.
 #[cfg(not(feature = "parallel"))]
 pub fn map<T, R>(tasks: Vec<T>, _parallel: bool, f: impl Fn(T) -> R) -> Vec<R> {
     tasks.into_iter().map(f).collect()

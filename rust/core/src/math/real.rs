@@ -28,7 +28,7 @@ pub trait Limits: RealField + Copy {
     const TINY: Self;
     /// The largest finite number.
     const MAX: Self;
-    /// What is added to a variance, relative to it, so that rounding can't cost definiteness.
+    /// Relative addition to a variance, so that rounding cannot cost definiteness.
     const ROUNDING: Self;
 }
 
@@ -59,7 +59,7 @@ impl Limits for f32 {
 /// Work that [`Real::aside`] does. Not a closure: only what is always inlined has the instructions of
 /// the processor that it runs on.
 pub trait Aside {
-    /// What it returns.
+    /// Its output.
     type Output;
 
     /// Does it; always inlined.

@@ -5,7 +5,7 @@
 
 use wide::f64x4;
 
-/// How four numbers lie side by side.
+/// Layout of four numbers next to each other.
 pub(crate) trait Fours: Copy {
     /// Four numbers.
     type Four: Copy;

@@ -7,7 +7,7 @@ pub fn segments(record: &[f64]) -> impl Iterator<Item = &[f64]> {
     record.split(|z| !z.is_finite()).filter(|segment| !segment.is_empty())
 }
 
-/// Where the segments of `record` lie, in order.
+/// The ranges of the segments of `record`, in order.
 pub fn segment_ranges(record: &[f64]) -> impl Iterator<Item = Range<usize>> {
     let mut start = 0;
     let ranges = record.split(|z| !z.is_finite()).map(move |part| {

@@ -120,7 +120,7 @@ impl<T, const N: usize> Symmetric<T, N>
 where
     T: Limits + Real<Element = T, SimdBool = bool>,
 {
-    /// Whether it can be a covariance of a running filter: of a trace of at most `bound`, and
+    /// True if it can be a covariance of a running filter: of a trace of at most `bound`, and
     /// semidefinite to what [`settle`](Self::settle) allows for rounding.
     pub(crate) fn is_covariance(&self, bound: T) -> bool {
         let below = (0..N).flat_map(|j| (j + 1..N).map(move |i| (i, j)));
@@ -132,8 +132,9 @@ where
 }
 
 impl<T: Real, const N: usize> Symmetric<T, N> {
-    /// Where it is semidefinite, to what [`settle`](Self::settle) allows for rounding: by Cholesky's
-    /// method on the correlations, so that no size of a component hides another.
+    /// True where it is semidefinite, within the tolerance of [`settle`](Self::settle) for
+    /// rounding: by Cholesky's method on the correlations, so that no size of a component hides
+    /// another.
     pub(crate) fn semidefinite(&self) -> T::SimdBool {
         let scale = vector::<T, N>(|i| T::one() / (self.at(i, i) + T::tiny()).simd_sqrt());
         let rounding = T::limit(<T::Element as Limits>::ROUNDING);

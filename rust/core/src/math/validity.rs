@@ -1,5 +1,5 @@
-//! Whether numbers that were read can be those of a running filter: what a filter computes stays
-//! within bounds, and from numbers within them it computes no NaN.
+//! Validity of a running filter's numbers: they stay within bounds, from which a filter computes no
+//! NaN.
 
 use nalgebra::SMatrix;
 

@@ -1,4 +1,4 @@
-//! What corrects the filter: fixes, wheels that do not slip, rest.
+//! Corrections of the filter: fixes, wheels that do not slip, rest.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -13,7 +13,8 @@ use crate::math::Real;
 
 /// Variances of level and heading that a filter gains that was wrong, rad².
 const WIDENED_VARIANCES_RAD2: [f64; 2] = [1e-3, 0.03];
-/// What fixes may leave after an outage, squared and over their noise: more is one in a thousand.
+/// Largest residual of fixes after an outage, squared and over their noise: more is one in a
+/// thousand.
 const MAX_OUTAGE_NIS: f64 = 16.27;
 /// Seconds between two looks at the wheels, and speed above which they tell something, m/s.
 const WHEELS_INTERVAL_S: f64 = 0.2;
@@ -26,7 +27,8 @@ const MIN_REST_RATE_SIGMA_RAD_S: f64 = 1e-7;
 /// A correction after which the Earth is that of another place, m.
 const MAX_EARTH_DISTANCE_M: f64 = 1e3;
 
-/// What is new of a position or a velocity, how errors move it, and its stated standard deviations.
+/// Innovation of a position or a velocity, its derivatives by errors, and its stated standard
+/// deviations.
 pub(crate) struct Measured {
     z: Vector3<f64>,
     rows: [Row; 3],
@@ -88,7 +90,7 @@ impl NavigationFilter {
         [position, velocity]
     }
 
-    /// Whether a fix is the first after an outage, or one that follows it.
+    /// True if a fix is the first after an outage, or one that follows it.
     fn after_outage(&mut self, measured: &[Option<Measured>; 2]) -> Return {
         let time = self.sensors.time;
         let mut after = None;
@@ -167,7 +169,7 @@ impl NavigationFilter {
         }
     }
 
-    /// What is left of one kind after all were taken, squared, over its noise.
+    /// The residual of one kind after all were taken, squared, over its noise.
     fn left(&self, measured: &[Option<Measured>; 2], kind: usize, found: &Errors) -> f64 {
         let Some(measured) = &measured[kind] else { return 0.0 };
         let noise = self.noise(kind, measured);
@@ -247,7 +249,7 @@ impl NavigationFilter {
         })
     }
 
-    /// How an error of where the antenna is moves a position, or a velocity.
+    /// The derivatives of a position, or a velocity, by the antenna's position.
     #[inline(never)]
     pub(crate) fn rows_of_antenna(&self, kind: usize) -> [Constants; 3] {
         let rate = self.sensors.gyro - self.gyro_bias;

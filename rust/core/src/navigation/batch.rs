@@ -17,7 +17,7 @@ pub struct Batch<'a> {
     pub gyro: &'a [[f64; 3]],
     /// Specific forces, m/s², or velocities: (n,).
     pub accel: &'a [[f64; 3]],
-    /// Whether the body is known to rest: (n,), or empty for never.
+    /// True if the body is known to rest: (n,), or empty for never.
     pub rest: &'a [bool],
     /// In the order of their times; each is taken after the first sample that is not before it.
     pub wheels: &'a [Rolling],
@@ -32,7 +32,7 @@ pub struct Next {
     fixes: usize,
 }
 
-/// What was known after each sample, and what became of each fix.
+/// State after each sample, and verdict on each fix.
 #[derive(Debug)]
 pub struct Known<'a> {
     /// As of [`Snapshot`](super::Snapshot).
@@ -54,7 +54,7 @@ pub struct Known<'a> {
     /// Normalised innovations squared of position and velocity; NaN where the fix was refused, tells
     /// none, or began the track.
     pub nis: &'a mut [[f64; 2]],
-    /// What was new of north, east and down of a position and of a velocity, each given those before
+    /// Innovations of north, east and down of a position and of a velocity, each given those before
     /// it; NaN as above.
     pub innovation: &'a mut [[f64; 6]],
     /// Its standard deviation.

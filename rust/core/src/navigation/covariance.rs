@@ -17,14 +17,14 @@ pub(crate) type Row = [f64; 16];
 /// below zero.
 const MIN_NOISE: f64 = 1e-8;
 
-/// Where each error begins.
+/// Index of each error's first component.
 pub(crate) const R: usize = 0;
 pub(crate) const V: usize = 3;
 pub(crate) const PHI: usize = 6;
 pub(crate) const GYRO: usize = 9;
 pub(crate) const ACCEL: usize = 12;
 
-/// What was new of a scalar, given those before it, and its variance.
+/// Innovation of a scalar, given those before it, and its variance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Innovation {
     pub value: f64,
@@ -64,14 +64,14 @@ pub struct Covariance(pub(crate) [Row; STATES], pub(crate) Option<ConstantsCovar
 /// antenna is. Their errors are true less estimated.
 pub const CONSTANTS: usize = 6;
 
-/// Where those of the antenna begin.
+/// Index of the antenna's first component.
 pub(crate) const ANTENNA: usize = 3;
 
 /// A number for each of them.
 pub type Constants = [f64; CONSTANTS];
 
 /// The covariance of errors of constants: with the errors of the filter, a row each, and with each
-/// other; and what the scalars so far have found of them, not yet taken out. The variance of one
+/// other; and what the scalars to date have found of them, not yet taken out. The variance of one
 /// that is not estimated is zero.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ConstantsCovariance {
@@ -105,13 +105,13 @@ impl ConstantsCovariance {
         self.own[constant][constant].at_least(0.0).simd_sqrt()
     }
 
-    /// Whether a constant is estimated.
+    /// True if a constant is estimated.
     #[inline(always)]
     pub fn has(&self, constant: usize) -> bool {
         self.own[constant][constant] > 0.0
     }
 
-    /// Return what stays where the errors restart.
+    /// Returns the part that remains where the errors restart.
     pub fn alone(&self) -> Self {
         Self { cross: [[0.0; 16]; CONSTANTS], found: [0.0; CONSTANTS], ..*self }
     }
@@ -136,8 +136,8 @@ impl ConstantsCovariance {
     }
 }
 
-/// How errors at the end of a step follow from those at its start: the blocks of Φ that are neither
-/// zero nor one, a row next to all that it multiplies.
+/// Transition of errors over a step: the blocks of Φ that are neither zero nor one, each row next
+/// to all that it multiplies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transition {
     /// From velocity, orientation and biases; those of the position stay.
@@ -148,7 +148,7 @@ pub struct Transition {
     attitude: [[f64; 6]; 3],
 }
 
-/// What a step's covariance depends on, as a mean over the step.
+/// Quantities that a step's covariance depends on, as means over the step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Course {
     pub seconds: f64,
@@ -415,7 +415,7 @@ impl Covariance {
         new
     }
 
-    /// The same, but what is known of the bias of the gyro stays: it is considered, not corrected
+    /// The same, but the estimate of the gyro's bias stays: it is considered, not corrected
     /// (S. F. Schmidt, *Advances in Control Systems* 3, 1966).
     pub(crate) fn correct_considering(
         &mut self,
@@ -485,7 +485,7 @@ impl Covariance {
         self.1.is_some_and(|extra| extra.considers_antenna)
     }
 
-    /// What a scalar's variance would be but for its noise.
+    /// The variance of a scalar without its noise.
     pub(crate) fn variance_with_constants(&self, h: &Row, hw: &Constants) -> f64 {
         let Some(extra) = &self.1 else { return 0.0 };
         let gain = Pairs.sum(Pairs.sum([0.0; 16], h, &self.0), hw, &extra.cross);

@@ -19,7 +19,8 @@ pub(crate) const MAX_LATITUDE: f64 = 1.562_069_680_534_925;
 /// Heights and depths of which something is known, m.
 pub(crate) const MAX_HEIGHT: f64 = 1e6;
 
-/// What the mechanisation needs to know of a place; it is found anew at each step of the covariance.
+/// Earth's properties at a place for the mechanisation; computed again at each step of the
+/// covariance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LocalEarth {
     /// Gravity, down, m/s².
@@ -65,7 +66,7 @@ impl LocalEarth {
         if revolutions { Self::at(latitude, height) } else { *self }
     }
 
-    /// How the frame of north, east and down turns while it moves, rad/s.
+    /// The angular rate of the frame of north, east and down by its motion, rad/s.
     #[inline(always)]
     pub fn transport(&self, velocity: &Vector3<f64>) -> Vector3<f64> {
         let about_north = velocity.y * self.across;

@@ -15,8 +15,8 @@ pub enum Event {
 }
 
 impl Input for Event {
-    /// Whether it is a fix, and its time; then rate, force and whether the body rests, or position,
-    /// velocity and the deviations of both.
+    /// Flag of a fix, and its time; then rate, force and flag of rest, or position, velocity and
+    /// the standard deviations of both.
     const NUMBERS: usize = 14;
 
     #[inline(always)]

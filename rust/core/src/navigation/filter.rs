@@ -49,11 +49,11 @@ pub struct Inertial {
     pub gyro: [f64; 3],
     /// Specific force, m/s², or velocity gained since the sample before.
     pub accel: [f64; 3],
-    /// Whether the body is known to rest: its velocity is zero then, its rate the Earth's.
+    /// True if the body is known to rest: its velocity is zero then, its rate the Earth's.
     pub rest: bool,
 }
 
-/// What the filter is doing.
+/// Status of the filter.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Status {
     /// It waits for a first fix, or for the next one after a gap.
@@ -85,7 +85,7 @@ pub struct Snapshot {
     /// Standard deviations of position, velocity, orientation and biases at the last step of the
     /// covariance; NaN before the first fix.
     pub sigma: Errors,
-    /// What it is doing.
+    /// Its status.
     pub status: Status,
 }
 
@@ -148,12 +148,12 @@ pub struct NavigationFilter {
     pub(crate) odometer: Odometer,
     /// From the sensor to the antenna, body axes, m.
     pub(crate) antenna: Vector3<f64>,
-    /// When the last fix was used; NaN before the first.
+    /// Time of the last used fix; NaN before the first.
     pub(crate) last_used: f64,
     pub(crate) fixes: FixCounts,
 }
 
-/// What became of the fixes so far.
+/// Counts of fixes by verdict, to date.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FixCounts {
     /// One of these each, as of [`Verdict`].
@@ -164,9 +164,9 @@ pub struct FixCounts {
     pub refused: u64,
     /// Positions and velocities that the gate did not let pass.
     pub rejected_of: [u64; 2],
-    /// How often so many positions in a row were rejected that the filter went where they are.
+    /// Number of times that so many positions in a row were rejected that the filter moved to them.
     pub moved: u64,
-    /// When it did so last, s, and how far, m; NaN before the first.
+    /// Time of the last move, s, and its distance, m; NaN before the first.
     pub last_move: [f64; 2],
 }
 
@@ -361,7 +361,7 @@ impl NavigationFilter {
         Ok(())
     }
 
-    /// What the sensors have measured since the sample before, biases removed.
+    /// The measurement of the sensors since the sample before, biases removed.
     #[inline(always)]
     fn step(&mut self, sample: &Inertial, dt: f64) -> Step {
         let (gyro, accel) = (self.sensors.gyro, self.sensors.accel);
@@ -490,7 +490,7 @@ impl NavigationFilter {
         }
     }
 
-    /// Whether anything is known of where it is.
+    /// True if anything is known of where it is.
     pub(crate) fn is_somewhere(&self) -> bool {
         let sizes = self.covariance.sizes();
         let known = sizes.iter().zip(MAX_SIZES).all(|(size, most)| *size < most);
@@ -587,7 +587,7 @@ impl NavigationFilter {
         }
     }
 
-    /// What it is doing.
+    /// Its status.
     pub fn status(&self) -> Status {
         let sensors = &self.sensors;
         if !self.navigating {
@@ -616,12 +616,12 @@ impl NavigationFilter {
         }
     }
 
-    /// What was chosen.
+    /// The parameters.
     pub fn params(&self) -> &NavigationParams {
         &self.params
     }
 
-    /// What was known before the first sample.
+    /// The state before the first sample.
     pub fn start(&self) -> &Start {
         &self.start
     }
@@ -636,12 +636,12 @@ impl NavigationFilter {
         self.sensors.time
     }
 
-    /// Samples given so far.
+    /// Samples to date.
     pub fn samples_seen(&self) -> u64 {
         self.sensors.samples
     }
 
-    /// What became of the fixes so far.
+    /// Counts of fixes by verdict, to date.
     pub fn fixes(&self) -> &FixCounts {
         &self.fixes
     }
@@ -652,8 +652,8 @@ impl NavigationFilter {
         [self.gates[0].nis(), self.gates[1].nis()]
     }
 
-    /// What was new of the last position and velocity, north, east, down, each given those before it,
-    /// and its standard deviation; NaN before the first.
+    /// Innovations of the last position and velocity, north, east, down, each given those before
+    /// it, and their standard deviations; NaN before the first.
     pub fn innovations(&self) -> [[f64; 6]; 2] {
         let all = self.gates.map(|gate| gate.new);
         let of = |of: fn(&Innovation) -> f64| core::array::from_fn(|i| of(&all[i / 3][i % 3]));

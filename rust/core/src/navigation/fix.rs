@@ -15,7 +15,7 @@ const MAX_SIGMA: f64 = 1e6;
 /// One fix of the receiver; what it does not tell is NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fix {
-    /// When it was measured, s.
+    /// Time of the measurement, s.
     pub time: f64,
     /// Latitude and longitude, rad, and height, m, of the antenna.
     pub position: [f64; 3],
@@ -27,7 +27,7 @@ pub struct Fix {
     pub velocity_sigma: [f64; 3],
 }
 
-/// What became of a fix.
+/// Verdict on a fix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// It was used: its position, or its velocity if it has no position.

@@ -33,7 +33,7 @@ pub(crate) struct Before {
     position: [f64; 3],
 }
 
-/// How the antenna moves, and the deviation of an axis.
+/// Motion of the antenna, and the standard deviation of an axis.
 #[derive(Debug, Clone, Copy)]
 struct Moves {
     velocity: Vector3<f64>,
@@ -41,7 +41,7 @@ struct Moves {
 }
 
 impl NavigationFilter {
-    /// Begins at a fix, if it has a place and the heading is known or can be told.
+    /// Begins at a fix, if it has a position and the heading is known or can be found.
     pub(crate) fn begin_from<W: Observer>(
         &mut self,
         given: &Given,

@@ -1,5 +1,5 @@
-//! Which fixes are believed, and how much: a gate that a filter which is wrong can leave, and the
-//! noise of the receiver as its innovations show it.
+//! Gate and weight of fixes: a gate that a wrong filter can leave, and the receiver's noise as its
+//! innovations show it.
 //!
 //! The Allan variance of the innovations over one fix is that of the measurement, as long as the
 //! inertial sensors take the motion out (Fu & Han, equations 17 and 26 to 31).
@@ -19,7 +19,7 @@ const MAX_DIFFERENCE_S: f64 = 1.5;
 const FADING: f64 = 0.03;
 const MIN_DIFFERENCES: u32 = 10;
 /// After so many seconds, and so many times the usual, without a fix no gate decides: how far a filter
-/// has drifted it knows only as well as its noise model. A position is taken if the next one agrees
+/// has drifted is known only by its noise model. A position is taken if the next one agrees
 /// with it; of velocities without positions all are for a while.
 const MIN_OUTAGE_S: f64 = 2.0;
 const MIN_OUTAGE_RATIO: f64 = 5.0;
@@ -51,7 +51,7 @@ pub(crate) struct InnovationGate {
     open_until: f64,
     /// The position after an outage that waits for one that agrees with it.
     first: Option<First>,
-    /// What was new of the last one; NaN before the first.
+    /// Innovations of the last one; NaN before the first.
     pub new: [Innovation; 3],
 }
 
@@ -64,7 +64,7 @@ pub(crate) struct First {
     outage: f64,
 }
 
-/// What a position is to an outage.
+/// Relation of a position to an outage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Return {
     /// There was none.
@@ -75,7 +75,7 @@ pub(crate) enum Return {
     Agrees(f64),
 }
 
-/// What becomes of a fix.
+/// Decision on a fix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum GateDecision {
     Take,
@@ -135,14 +135,14 @@ impl InnovationGate {
         outage
     }
 
-    /// Whether a position waits for one that agrees with it.
+    /// True if a position waits for one that agrees with it.
     #[inline(always)]
     pub fn waits(&self) -> bool {
         self.first.is_some()
     }
 
-    /// What a position is to an outage that ended with it, or before. `noise` is its variances,
-    /// `walk` those of the velocity.
+    /// Classifies a position after an outage that ended with it, or before. `noise` is its
+    /// variances, `walk` those of the velocity.
     pub fn classify_return(
         &mut self,
         time: f64,

@@ -8,7 +8,7 @@ use super::earth::{LocalEarth, wrap};
 /// Square of the angle of a step, rad², up to which its sine and cosine are series.
 const MAX_SERIES_ANGLE_SQUARED: f64 = 0.01;
 
-/// Where the body is, how fast it moves and how it is turned.
+/// Position, velocity and orientation of the body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
     /// Turns the axes of the body to north, east, down.
@@ -43,7 +43,7 @@ impl Motion {
         Self { attitude, velocity, latitude, longitude, height, acceleration, local_earth }
     }
 
-    /// How north, east and down turn, rad/s: with the Earth, and with the way over it.
+    /// The angular rate of north, east and down, rad/s: with the Earth, and by the motion over it.
     #[inline(always)]
     pub(crate) fn frame(&self) -> (Vector3<f64>, Vector3<f64>) {
         (self.local_earth.earth, self.local_earth.transport(&self.velocity))
@@ -71,7 +71,7 @@ impl Motion {
     #[inline(always)]
     pub(crate) fn turn(&mut self, step: &Step, frame: &Vector3<f64>) {
         let turned = self.attitude * rotation(&step.turn);
-        // What a square of the frame's turn would add, `settle` takes for a stretch.
+        // `settle` would treat the term of the frame's squared rotation as a stretch.
         self.attitude = turned - cross_columns(frame, &turned);
     }
 

@@ -1,4 +1,4 @@
-//! What wheels tell: how fast they roll. Their scale and how they are mounted are estimated.
+//! Wheels as sensors of speed. Their scale and how they are mounted are estimated.
 
 use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -13,7 +13,7 @@ use crate::math::Real;
 const WHEEL_CONSTANTS: usize = 3;
 /// Deviations of scale, yaw and pitch before any measurement.
 const PRIOR_SIGMAS: [f64; WHEEL_CONSTANTS] = [0.03, 0.035, 0.035];
-/// What they are at most: a scale of one half, a right angle.
+/// Largest constants: a scale of one half, a right angle.
 pub(crate) const MAX_CONSTANT: f64 = 1.5;
 /// Normalised innovation squared beyond which a wheel slips, and how long it may, s: from then on it
 /// counts less instead, so that a filter that is wrong itself finds back.
@@ -27,7 +27,7 @@ pub(crate) const MAX_SPEED: f64 = 1e4;
 const MAX_SPEED_LEAD_S: f64 = 0.1;
 const MAX_SPEED_AGE_S: f64 = 1.0;
 
-/// What wheels tell of a time, s: how fast they roll forward, m/s, as a mean about it, and its
+/// Wheel measurement at a time, s: forward speed, m/s, as a mean about that time, and its standard
 /// deviation, NaN for that of the parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rolling {
@@ -118,7 +118,7 @@ impl NavigationFilter {
         Ok(true)
     }
 
-    /// What wheels have measured since the last step.
+    /// Applies the measurements of wheels since the last step.
     #[inline(never)]
     pub(crate) fn rolled<W: Observer>(&mut self, observer: &mut W) {
         let sums = core::mem::take(&mut self.odometer.sums);

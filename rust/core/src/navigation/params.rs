@@ -1,11 +1,11 @@
-//! What a person chooses of the navigation filter, and what is known before it runs.
+//! Parameters of the navigation filter, and its state before it runs.
 
 use serde::{Deserialize, Serialize};
 
 use super::earth::MAX_LATITUDE;
 use crate::error::{Error, check_not_negative, require};
 
-/// What a sample of the sensors is.
+/// Kind of a sensor sample.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
     /// Rates and forces at the time of the sample.
@@ -15,7 +15,7 @@ pub enum Kind {
     Increment,
 }
 
-/// How the noise of fixes follows their innovations.
+/// Adaptation of the fixes' noise to their innovations.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Adapt {
     /// It rises above what the receiver tells where the innovations say so.
@@ -38,7 +38,7 @@ pub struct Wheels {
     pub speed_sigma: f64,
 }
 
-/// What a person chooses.
+/// Parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NavigationParams {
     /// White noise of the axes of gyro, rad²/s, and accelerometer, m²/s³: squares.
@@ -59,11 +59,11 @@ pub struct NavigationParams {
     pub wheels: Option<Wheels>,
     /// Normalised innovation squared above which a fix is not taken.
     pub gate: f64,
-    /// What is made of the noise that a receiver tells.
+    /// Treatment of the noise that a receiver reports.
     pub adapt: Adapt,
     /// Time between two steps of the covariance, s.
     pub covariance_step: f64,
-    /// What a sample is.
+    /// Kind of a sample.
     pub kind: Kind,
 }
 
@@ -115,17 +115,17 @@ impl NavigationParams {
     }
 }
 
-/// What is known before the first sample that moves.
+/// State before the first sample that moves.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Start {
     /// Quaternion, scalar first, from the body's axes to north, east, down; to any heading where
     /// none is known.
     pub quaternion: [f64; 4],
-    /// Whether the heading is known. Else it is taken from the course once the body moves forward.
+    /// True if the heading is known. Else it is taken from the course once the body moves forward.
     pub heading_known: bool,
-    /// Whether the body moves forward, so that the course may be taken for the heading.
+    /// True if the body moves forward, so that the course may serve as the heading.
     pub course: bool,
-    /// When the body was so, s: samples and fixes before are passed over.
+    /// Time of that state, s: earlier samples and fixes are skipped.
     pub time: f64,
     /// Rad; that of the first fix counts once there is one.
     pub latitude: f64,

@@ -40,7 +40,7 @@ struct Node {
     velocity: Vector3<f64>,
     /// Scalars up to the end of it.
     scalars: usize,
-    /// Where its covariances do not follow from its scalars: the place of what it was before them.
+    /// Index of the prior covariances, where they do not follow from the scalars.
     prior: Option<usize>,
 }
 
@@ -70,12 +70,12 @@ pub struct Record {
     refused: Option<Error>,
 }
 
-/// What a smoother says of one step: errors of the filter's track.
+/// Smoothed step: errors of the filter's track.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Smoothed {
     /// Index of the sample that it ends at.
     pub sample: usize,
-    /// Whether the filter began there: what was before is of another piece.
+    /// True if the filter began there: what was before is of another piece.
     pub begins: bool,
     /// Of what the filter knew before the measurements there.
     pub before: Errors,
@@ -171,7 +171,7 @@ impl Record {
         }
     }
 
-    /// Whether memory sufficed so far.
+    /// True if memory sufficed to date.
     ///
     /// # Errors
     /// [`Error::Memory`] if it did not.
@@ -184,12 +184,12 @@ impl Record {
         self.nodes.len()
     }
 
-    /// Whether there is none.
+    /// True if there is none.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }
 
-    /// What all fixes say of each step, from the last to the first; with deviations, which take a
+    /// The smoothed steps, from the last to the first; with standard deviations, which take a
     /// multiple of the time, or NaN in their place.
     pub fn smoothed(&self, deviations: bool) -> Box<dyn Iterator<Item = Smoothed> + Send + '_> {
         match (self.constants.is_empty(), deviations) {
@@ -216,7 +216,7 @@ struct Back<'a, const N: usize, const W: usize, const D: bool> {
     record: &'a Record,
     /// The node that it comes to.
     k: usize,
-    /// What all after it say, and then it, too.
+    /// Information of all later steps, and then of this one, too.
     later: &'a mut Later<N, W, D>,
 }
 
@@ -256,13 +256,13 @@ impl<const N: usize, const W: usize, const D: bool> OnRows for Back<'_, N, W, D>
     }
 }
 
-/// What the k-th of n has of constants: those before the first that has some have nothing.
+/// The constants' covariance of the k-th of n: those before the first that has some have none.
 fn of_last(constants: &[ConstantsCovariance], k: usize, n: usize) -> Option<&ConstantsCovariance> {
     constants.get((k + constants.len()).checked_sub(n)?)
 }
 
-/// What everything that was measured later says of a step: its errors are the covariance times
-/// `vector`, and, where D asks for deviations, the covariance loses itself times `matrix` times
+/// Information of all later measurements on a step: its errors are the covariance times `vector`,
+/// and, where D asks for standard deviations, the covariance loses itself times `matrix` times
 /// itself.
 #[derive(Debug, Clone)]
 struct Later<const N: usize, const W: usize, const D: bool> {
@@ -476,7 +476,7 @@ fn full<const N: usize, const W: usize>(rows: &Rows<N, W>) -> Full<N> {
     Full::from_fn(|i, j| rows[i][j])
 }
 
-/// Of a covariance, with errors in units of their deviations. What is known is no part of it.
+/// Of a covariance, with errors in units of their deviations. Known constants are no part of it.
 fn inverse<const N: usize>(covariance: &Full<N>) -> Full<N> {
     let scale = covariance.diagonal().map(|x| if x > 0.0 { 1.0 / x.sqrt() } else { 0.0 });
     let mut scaled = Full::<N>::from_fn(|i, j| covariance[(i, j)] * scale[i] * scale[j]);

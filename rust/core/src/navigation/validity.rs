@@ -1,4 +1,4 @@
-//! What every state of the filter keeps to; bytes that say otherwise are not one.
+//! Invariants of the filter's state; bytes that violate them are refused.
 
 use nalgebra::{Matrix3, Vector3};
 

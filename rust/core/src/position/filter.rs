@@ -32,7 +32,7 @@ pub struct Fix {
     pub speed: [f64; 2],
     /// Strength of the signals, carrier over noise density, dB-Hz.
     pub cn0: f64,
-    /// Whether the platform is known to rest.
+    /// True if the platform is known to rest.
     pub rest: bool,
     /// Seconds since the fix before; NaN for one period of the rate.
     pub dt: f64,
@@ -61,9 +61,9 @@ pub struct PositionSnapshot {
     pub velocity: [f64; 2],
     /// Slow error of the receiver, m; NaN where the method has none.
     pub receiver_error: [f64; 2],
-    /// Whether the fix was missing.
+    /// True if the fix was missing.
     pub missing: bool,
-    /// Whether it was there and not taken.
+    /// True if it was there and not taken.
     pub held: bool,
 }
 
@@ -92,17 +92,16 @@ impl Output for PositionSnapshot {
 pub struct PositionFilter {
     params: PositionParams,
     period: f64,
-    /// Whether there was a fix.
+    /// True if there was a fix.
     begun: bool,
-    /// Whether the last one was missing, or not taken.
+    /// True if the last one was missing, or not taken.
     missing: bool,
     held: bool,
     samples: u64,
     state: State,
 }
 
-/// What samples have made of each method; nothing of it is read before the first fix but what
-/// [`Aided`] knows of the velocity.
+/// State of each method; nothing of it is read before the first fix but the velocity of [`Aided`].
 // The moving average is the largest by far. It stays: a step may not allocate.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -131,12 +130,12 @@ impl PositionFilter {
         Ok(Self { params, period, begun: false, missing: false, held: false, samples: 0, state })
     }
 
-    /// What was chosen.
+    /// The parameters.
     pub fn params(&self) -> &PositionParams {
         &self.params
     }
 
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.samples
     }
@@ -245,7 +244,7 @@ struct Aided {
     /// The last velocity known, and the seconds since it.
     velocity: Plane,
     unknown: f64,
-    /// Whether the last sample was one at rest.
+    /// True if the last sample was one at rest.
     at_rest: bool,
 }
 
@@ -336,7 +335,7 @@ impl Average {
         self.fixes.set_column(usize::from(self.next), &z.into());
         self.next = (self.next + 1) % window;
         self.count = (self.count + 1).min(window);
-        // Summed anew: a running sum would keep the rounding of every fix.
+        // Summed again: a running sum would keep the rounding of every fix.
         let count = usize::from(self.count);
         let sum = self.fixes.columns(0, count).column_sum();
         self.mean = [sum[0] / count as f64, sum[1] / count as f64];

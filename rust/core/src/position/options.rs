@@ -1,4 +1,4 @@
-//! What a person chooses of a position filter: method and constants, one table of them.
+//! Options of a position filter: method and constants, one table of them.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use crate::error::{Error, check_rate, require};
 /// Most fixes of a moving average.
 pub const MAX_WINDOW: usize = 64;
 
-/// What is made of the fixes.
+/// Treatment of the fixes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum PositionMethod {
     /// Doppler and rest move the position, a slow receiver error is a state.
@@ -60,7 +60,7 @@ pub struct PositionConstants {
     pub error_time: f64,
     /// White noise of the Doppler velocity, an axis, m/s.
     pub speed_sigma: f64,
-    /// How fast the velocity may change while it is unknown, m/s².
+    /// Density of the velocity's change while it is unknown, m/s².
     pub acceleration: f64,
 }
 
@@ -137,7 +137,7 @@ pub const POSITION_CONSTANTS: &[Constant<PositionConstants>] = &[
     row(
         "step",
         "m",
-        "A step as long as this is taken whatever its course",
+        "Length of a step that is used whatever its course",
         HEADING,
         |c| Some(c.step),
         |c, value| c.step = value,
@@ -185,19 +185,19 @@ pub const POSITION_CONSTANTS: &[Constant<PositionConstants>] = &[
     row(
         "acceleration",
         "m/s^2",
-        "How fast the velocity may change while it is unknown",
+        "Rate of change of the velocity while it is unknown",
         AIDED,
         |c| Some(c.acceleration),
         |c, value| c.acceleration = value,
     ),
 ];
 
-/// What a person chooses.
+/// Parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PositionParams {
     /// Fixes a second.
     pub rate: f64,
-    /// What is made of them.
+    /// Treatment of the fixes.
     pub method: PositionMethod,
     /// The constants of all methods.
     pub constants: PositionConstants,

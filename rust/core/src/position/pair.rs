@@ -12,10 +12,11 @@ pub(super) type Plane = [f64; 2];
 /// Largest state and variance, far beyond any.
 const MAX_STATE: f64 = 1e170;
 const MAX_VARIANCE: f64 = 1e100;
-/// What rounding may cost the variance of a difference, relative to what was there before.
+/// Largest loss of a difference's variance by rounding, relative to the terms.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// How the states go on: x ← Fx + (shift, 0) with F = [1, a; 0, f], and the upper triangle of Q.
+/// Transition of the states: x ← Fx + (shift, 0) with F = [1, a; 0, f], and the upper triangle of
+/// Q.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Step {
     pub a: f64,
@@ -27,7 +28,7 @@ pub(super) struct Step {
 /// Two states of each axis. Both axes have one covariance: what is measured of one is of the other.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Pair {
-    /// What is measured, then the other state.
+    /// The measured state, then the other one.
     x: [Plane; 2],
     P: Symmetric<f64, 2>,
 }
@@ -94,7 +95,7 @@ impl Pair {
     }
 
     /// Variances below their cap, without a change of the correlation, and the covariance below what
-    /// they allow: where one variance is lost beside a far larger one it need not vanish.
+    /// they allow: where one variance is lost next to a far larger one it need not vanish.
     fn limit(&mut self) {
         for i in 0..2 {
             let variance = self.P.at(i, i);

@@ -41,7 +41,7 @@ pub(super) fn one_step<T: Limits + Real<Element = T>>(step: T) -> T {
     T::of(1.01) * step
 }
 
-/// Whether one variance is that of a rest beside the other.
+/// True if one variance is that of a rest, compared with the other.
 pub(super) fn is_quieter<T: Limits + Real<Element = T>>(quiet: T, loud: T, step: T) -> bool {
     loud > T::of(MAX_NOISE_RATIO) * quiet + flips(step)
 }

@@ -37,7 +37,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
         Self { ticks: 1, count: seen.count, level, squares: T::zero(), variance }
     }
 
-    /// Goes on with a tick, or begins anew with it if it is unlike those before.
+    /// Goes on with a tick, or starts again with it if it is unlike those before.
     pub(super) fn take(&mut self, seen: &TickSums<T>) {
         let longer = self.with(seen);
         *self = match self.ticks > 0 && longer.is_alike(seen) && longer.stands(seen) {
@@ -60,7 +60,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
         }
     }
 
-    /// Whether the tick's variance is that of the others: shaking changes from tick to tick.
+    /// True if the tick's variance is that of the others: shaking changes from tick to tick.
     fn is_alike(&self, seen: &TickSums<T>) -> bool {
         let freedom = seen.freedom().at_most(T::of(MAX_FREEDOM));
         let most = chi_squared_bound(freedom, CERTAIN_SIGMAS);
@@ -70,13 +70,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
             && seen.variance + flips >= self.variance * least
     }
 
-    /// Whether the levels stand still: those of motion vary as much as the samples do.
+    /// True if the levels stand still: those of motion vary as much as the samples do.
     fn stands(&self, seen: &TickSums<T>) -> bool {
         let share = T::of(MAX_LEVEL_RATIO + 4.0 / f64::from(self.count));
         self.level_variance() <= share * self.variance + flips(seen.step)
     }
 
-    /// Whether the levels vary no more than the means of noise that is nearly white, or than those
+    /// True if the levels vary no more than the means of noise that is nearly white, or than those
     /// of samples on two neighbouring steps.
     pub(super) fn is_even(&self, step: T) -> bool {
         let share = T::of(MAX_EVEN_RATIO / f64::from(self.count.min(EVEN_SAMPLES)));
@@ -118,14 +118,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Run<T> {
         self.level += (level - self.level) / T::of(f64::from(self.ticks));
     }
 
-    /// Whether it is long enough, and at the level known.
+    /// True if it is long enough, and at the level known.
     pub(super) fn has_arrived(&self, ticks: u32, known: &RestModel<T>, step: T) -> bool {
         self.ticks >= ticks && known.is_level(self.level, step)
     }
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
-    /// Whether ticks can have made it.
+    /// True if ticks can have made it.
     pub(super) fn is_valid(&self) -> bool {
         let most = level_max::<T>() + level_max();
         self.count >= MIN_SAMPLES
@@ -136,7 +136,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Run<T> {
-    /// Whether ticks can have made it.
+    /// True if ticks can have made it.
     pub(super) fn is_valid(&self) -> bool {
         is_within(self.level, level_max::<T>() + level_max())
     }

@@ -43,10 +43,10 @@ impl Times {
 pub(super) struct Decision<T> {
     pub times: Times,
     pub at_rest: bool,
-    /// The rest that the start was taken for was none.
+    /// The assumed rest at the start was none.
     false_start: bool,
     known: Option<RestModel<T>>,
-    /// What was known before the last change of level or noise.
+    /// Model before the last change of level or noise.
     earlier: Option<RestModel<T>>,
     candidate: Candidate<T>,
     /// Ticks near the level known.
@@ -56,7 +56,8 @@ pub(super) struct Decision<T> {
     still: Still<T>,
     /// Rests in a row that were left too early to be proven, where limits let them begin at once.
     doubts: u32,
-    /// What is known is rest: something louder has been seen, or it has lasted for a minute.
+    /// True if the model is certainly that of rest: something louder has been seen, or it has
+    /// lasted for a minute.
     proven: bool,
 }
 
@@ -93,7 +94,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         if self.known.is_some() { 0 } else { self.candidate.ticks }
     }
 
-    /// Whether what is taken for rest may as well be motion, since nothing else has been seen.
+    /// True if the assumed rest may also be motion, since nothing else has been seen.
     pub(super) fn is_provisional(&self) -> bool {
         !self.proven
     }
@@ -232,7 +233,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         self.near_earlier = Run::none();
     }
 
-    /// Takes what has stood still for long enough for rest.
+    /// Accepts as rest a candidate that has lasted long enough.
     fn accept_candidate(&mut self, known: &RestModel<T>, seen: &TickSums<T>) -> Option<Event> {
         if T::of(f64::from(self.candidate.ticks)) < self.needed(known, seen.step) {
             return None;
@@ -299,7 +300,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
-    /// Whether ticks can have made it of `fresh`.
+    /// True if ticks can have made it of `fresh`.
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
         let is_valid = |model: &RestModel<T>| model.is_valid();
         self.times == fresh.times

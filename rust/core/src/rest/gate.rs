@@ -20,9 +20,9 @@ const FAR_STEPS: f64 = 3.0;
 /// Share of a normal variable within one deviation.
 const WITHIN_ONE_SIGMA: f64 = 0.682_689_492_137_085_9;
 
-/// How fast the deviation follows that share, a tick; and where almost all of a tick's samples lie
-/// within one deviation, which chance does once in a thousand ticks: after motion, which is no
-/// noise, it is to be back soon.
+/// Gain of the standard deviation towards that share, a tick; and where almost all of a tick's
+/// samples lie within one standard deviation, which chance does once in a thousand ticks: after
+/// motion, which is no noise, it is to be back soon.
 const SHARE_GAIN: f64 = 0.05;
 const FAST_SHARE_GAIN: f64 = 0.5;
 const MIN_FAST_SHARE: f64 = 0.95;
@@ -39,7 +39,7 @@ const MIN_STEPS: f64 = 0.25;
 /// Share of samples in a tick, at most, that do not count in full: three in ten.
 const MAX_OUTLIER_SHARE: [u32; 2] = [3, 10];
 
-/// How long outliers are on one side at most, in seconds and in samples.
+/// Longest run of outliers on one side, in seconds and in samples.
 const MAX_SIDE_S: f64 = 0.015;
 const MIN_SIDE_SAMPLES: u32 = 3;
 
@@ -49,7 +49,7 @@ const MIN_LEARNED: u32 = 32;
 /// Fewest of them of which a median distance says anything.
 const MIN_MEDIAN_SAMPLES: usize = 8;
 
-/// Where a sample lies.
+/// Zone of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Zone<T> {
     /// Within the bounds; the distance that counts.
@@ -123,7 +123,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         self.moves |= self.side > self.longest;
     }
 
-    /// Where a sample would lie, as far as can be told before its tick is complete.
+    /// The zone of a sample, as far as it is known before its tick is complete.
     pub(super) fn zone(&self, distance: T) -> Zone<T> {
         let lasts = self.side >= self.longest && self.above == (distance > T::zero());
         match distance.simd_abs() > self.far {
@@ -133,7 +133,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         }
     }
 
-    /// Whether a tick of so many samples shows motion and no outliers.
+    /// True if a tick of so many samples shows motion and no outliers.
     pub(super) fn exits(&self, samples: u32) -> bool {
         self.moves || self.beyond * MAX_OUTLIER_SHARE[1] > samples * MAX_OUTLIER_SHARE[0]
     }
@@ -154,7 +154,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         self.set_bounds(step);
     }
 
-    /// Leaves out what this tick has shown so far.
+    /// Leaves out what this tick has shown to date.
     pub(super) fn forget_tick(&mut self) {
         (self.inside, self.beyond, self.moves) = (0, 0, false);
     }
@@ -210,7 +210,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         self.set_bounds(step);
     }
 
-    /// Whether samples can have made it of `fresh`, at most `position` of them in this tick.
+    /// True if samples can have made it of `fresh`, at most `position` of them in this tick.
     pub(super) fn is_after(&self, fresh: &Self, position: u32, most: T) -> bool {
         self.sketch.is_valid()
             && self.learning <= fresh.learning

@@ -6,7 +6,7 @@
 //! level of the last rest begin the next.
 //!
 //! No gyroscope tells slow turning at one rate from a bias, and no sensor keeps its bias or its
-//! noise for ever. So a level not known before is taken for rest if it stands still: after 10 s,
+//! noise for ever. So a new level counts as rest if it stays constant: after 10 s,
 //! and about 11 s for each deviation of the samples that it lies off, 60 s at most. What was known
 //! before is kept and returned to in one and a half seconds. Of many such turns an accelerometer knows
 //! better: [`MotionDetector`].
@@ -41,15 +41,14 @@ use crate::stream::{Number, Stream};
 /// Fewest samples that tell a mean and a variance without the farthest of them.
 pub(crate) const MIN_SAMPLES: u32 = 4;
 
-/// What changed at the end of a tick.
+/// Change at the end of a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event {
     /// A rest began at the level known.
     Rest,
     /// The rest is over: the tick that says so, and perhaps the one before, belong to motion.
     Motion,
-    /// What was taken for rest was none, or its level holds no longer: what was learned of it is
-    /// to be forgotten.
+    /// The rest was false, or its level holds no longer: all learned from it is to be forgotten.
     Restart,
 }
 
@@ -63,17 +62,17 @@ pub struct Tick<T> {
     pub mean: T,
     /// Their deviation from it, zero for less than two.
     pub deviation: T,
-    /// Whether it belongs to a rest. A tick without samples tells nothing and does not.
+    /// True if it belongs to a rest. A tick without samples tells nothing and does not.
     pub calm: bool,
-    /// Samples that were taken for outliers.
+    /// Number of outliers.
     pub outliers: u32,
     /// Samples that a stuck sensor gave.
     pub stuck: u32,
-    /// What changed with it.
+    /// Change with it.
     pub event: Option<Event>,
 }
 
-/// What rest can be, in the unit of the samples: nothing beyond is ever learned as rest.
+/// Limits of rest, in the unit of the samples: nothing beyond is ever learned as rest.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct RestLimits {
     /// Deviation within a tick that no sensor of this kind has at rest; its ticks' means spread over
@@ -135,17 +134,17 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         Some(self.decide(&seen, moving))
     }
 
-    /// Whether no sample has come since the last tick.
+    /// True if no sample has come since the last tick.
     pub(crate) fn begins(&self) -> bool {
         self.ticker.position == 0
     }
 
-    /// Whether the sensor rests, as far as the last tick tells.
+    /// True if the sensor rests, as far as the last tick tells.
     pub fn at_rest(&self) -> bool {
         self.decision.at_rest
     }
 
-    /// Whether what it takes for rest may as well be motion: nothing louder has been seen so far, and
+    /// True if the assumed rest may also be motion: nothing louder has been seen to date, and
     /// it has not yet lasted for a minute. Never if there is a limit of what rest can be.
     pub fn is_provisional(&self) -> bool {
         self.decision.is_provisional()
@@ -156,18 +155,19 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.decision.standing()
     }
 
-    /// Whether the sensor has given the same sample for longer than chance does.
+    /// True if the sensor has given the same sample for longer than chance does.
     pub fn is_stuck(&self) -> bool {
         self.ticker.is_stuck()
     }
 
     /// A sample before it is taken, with the bounds that outliers have; NaN for one that is an
-    /// outlier as far as can be told before its tick is complete.
+    /// outlier as far as is known before its tick is complete.
     pub fn gate_sample(&self, z: T) -> T {
         self.ticker.gate_sample(z)
     }
 
-    /// What a sample is, before it is taken, to the run of equal ones that the last one is of.
+    /// The relation of a sample, before it is taken, to the run of equal ones that the last one
+    /// belongs to.
     pub(crate) fn run_with(&self, z: T) -> Run {
         self.ticker.run_with(z)
     }
@@ -178,13 +178,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         u64::from(self.ticker.pending())
     }
 
-    /// Smallest step of the samples so far, zero if there was none.
+    /// Smallest step of the samples to date, zero if there was none.
     #[cfg(feature = "std")]
     pub(crate) fn resolution(&self) -> T {
         self.ticker.resolution()
     }
 
-    /// What rest can be.
+    /// The limits of rest.
     pub fn limits(&self) -> RestLimits {
         self.limits
     }
@@ -212,7 +212,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.ticker.length - self.ticker.position
     }
 
-    /// Whether nothing of the first second is to be learned any more.
+    /// True if nothing of the first second is to be learned any more.
     #[cfg(feature = "std")]
     pub(crate) fn is_settled(&self) -> bool {
         self.ticker.is_settled()
@@ -244,7 +244,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
     }
 }
 
-/// A stream that can be told that the body moves, as a [`MotionDetector`] may know.
+/// A stream that takes a flag of the body's motion, such as that of a [`MotionDetector`].
 pub trait MotionAware: Stream {
     /// Takes one sample of a body that is known to be `moving`, or of which nothing is known. A
     /// stream that takes every sample for rest does so here too.
@@ -267,7 +267,7 @@ impl<T: Number> Stream for RestDetector<T> {
     type Input = T;
     type Output = bool;
 
-    /// Returns whether the sensor rests.
+    /// Returns true if the sensor rests.
     #[inline]
     fn update(&mut self, z: T) -> bool {
         self.update_while(z, false)

@@ -20,7 +20,7 @@ const TIME_CONSTANT_TICKS: f64 = 240.0;
 /// Square over its mean that is nothing out of the way.
 const MAX_SQUARE_RATIO: f64 = 9.0;
 
-/// How ticks and samples vary at rest.
+/// Variation of ticks and samples at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Noise<T> {
     /// Mean of the ticks' variances.
@@ -115,7 +115,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Levels<T> {
         Self { averages: [level; SCALES], ticks: T::of(f64::from(ticks.clamp(1, 64))) }
     }
 
-    /// How much more than later averages these of few ticks vary, as a share of a tick's variance.
+    /// The excess variation of averages over few ticks, as a share of a tick's variance.
     fn youth(&self) -> T {
         T::one() / self.ticks - T::one() / ticks_of::<T>(SCALES)
     }
@@ -150,7 +150,7 @@ pub(super) struct RestModel<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
-    /// What a candidate shows that has lasted; it is trusted as much as `trust` ticks of rest.
+    /// The model of a candidate that has lasted; it is trusted as much as `trust` ticks of rest.
     pub(super) fn new(candidate: &Candidate<T>, length: u32, trust: u32) -> Self {
         Self {
             noise: Noise::new(candidate, length),
@@ -161,7 +161,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
         }
     }
 
-    /// Whether a tick looks like rest, which is then learned.
+    /// True if a tick looks like rest, which is then learned.
     pub(super) fn holds(&mut self, seen: &TickSums<T>) -> bool {
         let mut levels = self.levels;
         let mut differences = levels.follow(seen.level);
@@ -191,24 +191,24 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
         }
     }
 
-    /// Whether a tick of motion looks like the rest before.
+    /// True if a tick of motion looks like the rest before.
     pub(super) fn is_near(&self, seen: &TickSums<T>) -> bool {
         let distance = (seen.level - self.reference).simd_abs() * seen.weight;
         let limit = T::of(MAX_TICK_SIGMAS) * self.noise.deviation() + one_step(seen.step);
         self.noise.is_quiet(seen) && distance <= limit
     }
 
-    /// Whether a mean level of several ticks is that of the rest before.
+    /// True if a mean level of several ticks is that of the rest before.
     pub(super) fn is_level(&self, level: T, step: T) -> bool {
         self.is_near_level(self.distance(level), step)
     }
 
-    /// Whether a mean level so far away is.
+    /// True if a mean level at this distance is.
     pub(super) fn is_near_level(&self, distance: T, step: T) -> bool {
         distance <= T::of(MAX_MEAN_SIGMAS) * self.noise.deviation() + one_step(step)
     }
 
-    /// Whether the levels of other ticks vary about as those of rest do.
+    /// True if the levels of other ticks vary about as those of rest do.
     pub(super) fn is_as_steady(&self, level_variance: T, step: T) -> bool {
         let limit = T::of(2.0) * self.noise.deviation() + T::of(0.5) * one_step(step);
         level_variance <= limit * limit
@@ -226,7 +226,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
-    /// Whether ticks can have made it.
+    /// True if ticks can have made it.
     pub(super) fn is_valid(&self) -> bool {
         let most = level_max::<T>() + level_max();
         let levels = &self.levels;
@@ -239,7 +239,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Noise<T> {
-    /// Whether ticks whose levels lie within `most` can have made it.
+    /// True if ticks whose levels lie within `most` can have made it.
     fn is_valid(&self, most: T) -> bool {
         let square = most * most;
         is_size(self.variance, square)

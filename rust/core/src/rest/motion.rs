@@ -25,7 +25,7 @@ const MIN_TURN_SHARE: f64 = 1.0 / 150.0;
 /// axes together, so even noise on one axis alone is five deviations away.
 const MIN_DIFFERENCE_RATIO: f64 = 25.0;
 
-/// Samples of a tick at most that count as independent: a sensor's filter makes neighbours alike.
+/// Samples of a tick at most that count as independent: a sensor's filter correlates neighbours.
 const MAX_INDEPENDENT_SAMPLES: u32 = 8;
 
 /// Variance over that of the quiet ticks above which a body that has moved shakes on.
@@ -34,7 +34,7 @@ const MIN_SHAKE_RATIO: f64 = 4.0;
 /// Ticks for which a loud one prolongs a motion.
 const SHAKE_TICKS: u32 = 3;
 
-/// How fast the variance of quiet ticks is followed downwards and upwards, a tick.
+/// Gain of the quiet ticks' variance downwards and upwards, a tick.
 const VARIANCE_FALL_GAIN: f64 = 1.0 / 8.0;
 const VARIANCE_RISE_GAIN: f64 = 1.0 / 240.0;
 
@@ -106,7 +106,7 @@ impl MotionDetector {
         })
     }
 
-    /// Whether the body moves, as far as the last tick tells.
+    /// True if the body moves, as far as the last tick tells.
     pub fn is_moving(&self) -> bool {
         self.left > 0
     }
@@ -159,7 +159,7 @@ impl MotionDetector {
         None
     }
 
-    /// Whether a tick of a motion is louder than rest; nothing is known before a rest.
+    /// True if a tick of a motion is louder than rest; nothing is known before a rest.
     fn shakes(&self, variance: f64) -> bool {
         self.since < self.patience
             && self.quiet.is_some_and(|quiet| variance > MIN_SHAKE_RATIO * quiet)
@@ -202,7 +202,7 @@ impl Mean {
         Self { level, variance: 0.25 * (self.variance + next.variance) }
     }
 
-    /// Whether gravity has turned, beyond what noise explains.
+    /// True if gravity has turned, beyond what noise explains.
     fn differs(&self, before: &Self) -> bool {
         let change = square(core::array::from_fn(|i| self.level[i] - before.level[i]));
         let noise = MIN_DIFFERENCE_RATIO * (self.variance + before.variance);
@@ -264,7 +264,7 @@ impl Checkpoint for MotionDetector {
 }
 
 impl Sums {
-    /// Whether samples can have made it, at most `position` of them in this tick.
+    /// True if samples can have made it, at most `position` of them in this tick.
     fn is_valid(&self, position: u32) -> bool {
         // A few wait for those of the next tick.
         let most = 2.0 * MAX_COMPONENT * f64::from(self.count);

@@ -10,15 +10,15 @@ use crate::math::validity::{are_within, is_size};
 pub const FIRST_DIRECTION_TICKS: f64 = 5.0;
 pub const LAST_DIRECTION_GAIN: f64 = 0.2;
 
-/// What means of ticks may do at rest, rad/s and m/s².
+/// Limits of ticks' means at rest, rad/s and m/s².
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct QuietLimits {
-    /// How far they vary over the three axes: their deviation, and half of their distance from the
-    /// mean.
+    /// Largest spread over the three axes: their standard deviation, and half of their distance
+    /// from the mean.
     pub gyro: f64,
     /// The same of the force.
     pub accel: f64,
-    /// How far gravity may turn in it: a slow turn about a level axis.
+    /// Largest rotation of gravity: a slow rotation about a level axis.
     pub turned: f64,
 }
 
@@ -54,7 +54,7 @@ impl Default for Quiet {
 }
 
 impl Quiet {
-    /// Whether a tick lies so far from the mean that it is of another rest or of none.
+    /// True if a tick's distance from the mean shows another rest or none.
     #[inline(always)]
     pub fn is_left(&self, gyro: &Vector3<f64>, accel: &Vector3<f64>, limits: &QuietLimits) -> bool {
         let far = |one: &Vector3<f64>, mean: &Vector3<f64>, most: f64| {
@@ -83,7 +83,7 @@ impl Quiet {
         }
     }
 
-    /// Whether the ticks vary more, or gravity has turned further, than at rest.
+    /// True if the ticks vary more, or gravity has turned further, than at rest.
     #[inline(always)]
     pub fn is_restless(&self, limits: &QuietLimits) -> bool {
         self.gyro_spread() > limits.gyro * limits.gyro
@@ -100,7 +100,7 @@ impl Quiet {
         self.accel_squares / (self.ticks - 1.0).max(1.0)
     }
 
-    /// Whether ticks of rates and forces within these sizes can have made it.
+    /// True if ticks of rates and forces within these sizes can have made it.
     pub fn is_valid(&self, rates: f64, forces: f64) -> bool {
         is_size(self.ticks, 1e15)
             && is_size(self.seconds, 2.0 * self.ticks)

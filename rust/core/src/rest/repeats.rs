@@ -16,17 +16,17 @@ const MIN_RUN: u32 = 4;
 /// Pairs of samples after which those before count half.
 pub(super) const HALVING_PAIRS: u32 = 20_000;
 
-/// How often a sample equals the one before, and how long the run is that is under way.
+/// Frequency of samples that equal the one before, and length of the current run.
 ///
-/// A sensor that works repeats a sample by chance: so often as its resolution is coarse beside its
-/// noise, which is learned. A run that chance makes once in a thousand million times is a stuck
-/// sensor. One that works but is so coarse that its output stands still leaves a value by a single
-/// step; such a run was none, however long it was.
+/// A sensor that works repeats a sample by chance: so often as its resolution is coarse compared
+/// with its noise, which is learned. A run that chance makes once in a thousand million times is a
+/// stuck sensor. One that works but is so coarse that its output stands still leaves a value by a
+/// single step; such a run was none, however long it was.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Repeats {
     /// Equal samples in a row.
     pub(super) run: u32,
-    /// Those of them in this tick that are not yet told to any sum.
+    /// Those of them in this tick that are not yet in any sum.
     pub(super) held: u32,
     /// Samples of this tick that a stuck sensor gave.
     pub(super) dropped: u32,
@@ -79,7 +79,7 @@ impl Repeats {
         self.run >= self.limit
     }
 
-    /// Whether one more equal sample is a stuck sensor's.
+    /// True if one more equal sample is a stuck sensor's.
     pub(super) fn is_stuck_by_one_more(&self) -> bool {
         self.run.saturating_add(1) >= self.limit
     }
@@ -125,7 +125,7 @@ impl Repeats {
         self.held
     }
 
-    /// Whether samples can have made it, at most `position` of them of this tick; the last one is
+    /// True if samples can have made it, at most `position` of them of this tick; the last one is
     /// `known`, or it was missing.
     pub(super) fn is_valid(&self, position: u32, known: bool) -> bool {
         (self.run > 0) == known

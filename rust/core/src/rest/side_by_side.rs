@@ -25,7 +25,7 @@ macro_rules! each {
 
 /// Tickers, one a lane.
 pub(crate) struct Tickers<S: Simd> {
-    /// What no sample changes.
+    /// Constants of the samples.
     origin: Lane<S>,
     inverse: Lane<S>,
     bound: Lane<S>,
@@ -34,7 +34,7 @@ pub(crate) struct Tickers<S: Simd> {
     near: Lane<S>,
     far: Lane<S>,
     limit: Lane<S>,
-    /// What samples change.
+    /// Variables of the samples.
     previous: Lane<S>,
     step: Lane<S>,
     run: Lane<S>,

@@ -1,4 +1,4 @@
-//! Whether a sensor can be at rest at all, where it is known what rest can be.
+//! Limits of a sensor's rest, where they are known.
 
 use serde::{Deserialize, Serialize};
 
@@ -51,12 +51,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Still<T> {
         !(loud || beyond || moves)
     }
 
-    /// Whether so many ticks in a row can have been rest that it may begin.
+    /// True if so many ticks in a row can have been rest that it may begin.
     pub(super) fn lasts(&self) -> bool {
         self.ticks == MIN_TICKS as u32
     }
 
-    /// Whether it is known how much a sensor at rest may vary.
+    /// True if it is known how much a sensor at rest may vary.
     pub(super) fn is_limited(&self) -> bool {
         self.rest.is_some()
     }
@@ -69,7 +69,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Still<T> {
         greatest - least
     }
 
-    /// Whether ticks can have made it of `fresh`.
+    /// True if ticks can have made it of `fresh`.
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
         // A mean may be off by some roundings.
         let most = T::MAX_RAW * T::of(8.0);

@@ -71,7 +71,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sums<T> {
         choose(further > rounding, self.highest, lower)
     }
 
-    /// Whether at most `count` distances within `most` can have made it.
+    /// True if at most `count` distances within `most` can have made it.
     pub(super) fn is_valid(&self, count: u32, most: T) -> bool {
         let own = T::of(f64::from(self.count));
         self.count <= count
@@ -98,8 +98,8 @@ mod tests {
         let (mean, variance) = level(-1.0);
         assert_eq!(mean, 0.0);
         for lowest in [-1.0 - 1e-15, -1.0 + 1e-15] {
-            let (same, alike) = level(lowest);
-            assert!(same.abs() < 1e-14 && (alike - variance).abs() < 1e-14, "{lowest}: {same}");
+            let (same, spread) = level(lowest);
+            assert!(same.abs() < 1e-14 && (spread - variance).abs() < 1e-14, "{lowest}: {same}");
         }
         assert!((level(-1.1).0 - 1.0 / 9.0).abs() < 1e-15);
     }

@@ -34,7 +34,7 @@ const CENTRE_GAIN: f64 = 0.25;
 ///
 /// Samples are counted from the first one, in units of the first difference that is not zero, and
 /// summed up about the level of the ticks before, so neither an offset nor a unit costs precision.
-/// Those that a [`Gate`] takes for outliers, or that [`Repeats`] takes for a stuck sensor's, are not
+/// Outliers by a [`Gate`], and samples of a stuck sensor by [`Repeats`], are not
 /// in what a tick tells.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Ticker<T> {
@@ -47,7 +47,7 @@ pub(super) struct Ticker<T> {
     pub(super) bound: T,
     /// In the unit of the samples; NaN after a missing one.
     pub(super) previous: T,
-    /// The smallest difference of successive samples so far that is not zero, in their unit.
+    /// The smallest difference of successive samples to date that is not zero, in their unit.
     pub(super) step: T,
     /// Ticks in a row that origin or unit has swallowed.
     pub(super) swallowed: u32,
@@ -58,11 +58,11 @@ pub(super) struct Ticker<T> {
     /// All samples, and those that the gate lets through.
     pub(super) plain: Sums<T>,
     pub(super) kept: Sums<T>,
-    /// Ticks in a row that had too few samples to be judged.
+    /// Ticks in a row that had too few samples for a decision.
     pub(super) waited: u32,
 }
 
-/// What a sample is to the run of equal ones that the one before it is of.
+/// Relation of a sample to the run of equal ones that the one before it belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Run {
     /// It differs from the one before, or either is missing.
@@ -87,11 +87,11 @@ pub(super) struct TickSums<T> {
     pub level: T,
     /// Their variance without the farthest, about that mean.
     pub variance: T,
-    /// What brings a difference from the level to the deviation that one of a full tick has.
+    /// Factor from a difference from the level to the standard deviation of a full tick.
     pub weight: T,
     /// One step of the sensor's output: no motion, however quiet it is.
     pub step: T,
-    /// Samples taken for outliers.
+    /// Number of outliers.
     pub outliers: u32,
     /// Samples of a sensor that is stuck.
     pub stuck: u32,
@@ -126,7 +126,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         }
     }
 
-    /// Whether nothing of the first second is to be learned any more.
+    /// True if nothing of the first second is to be learned any more.
     #[cfg(feature = "std")]
     pub(super) fn is_settled(&self) -> bool {
         !self.gate.learns() && self.unit != T::zero()
@@ -225,7 +225,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         }
     }
 
-    /// What the next sample is to the run of equal ones that the last one is of.
+    /// The relation of the next sample to the run of equal ones that the last one belongs to.
     pub(super) fn run_with(&self, z: T) -> Run {
         match z == self.previous {
             false => Run::Begins,
@@ -239,7 +239,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         self.repeats.is_stuck()
     }
 
-    /// Samples so far of which the end of the tick may say that they are outliers, or of a stuck sensor.
+    /// Samples to date that the end of the tick may call outliers, or those of a stuck sensor.
     pub(super) fn pending(&self) -> u32 {
         let waiting = self.plain.count.saturating_add(self.repeats.held());
         waiting.max(self.repeats.pending())
@@ -265,7 +265,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         TickSums { count: if self.swallowed > 0 { 0 } else { seen.count }, outliers, ..seen }
     }
 
-    /// What sums tell.
+    /// The statistics of sums.
     fn summarise(&self, sums: &Sums<T>) -> TickSums<T> {
         let (above, variance) = sums.without_farthest(self.rounding(sums));
         let level = self.centre + above;
@@ -295,7 +295,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         self.gate.rest(variance.simd_sqrt(), self.least_step());
     }
 
-    /// The smallest step so far, zero if there was none.
+    /// The smallest step to date, zero if there was none.
     fn least_step(&self) -> T {
         choose(self.step < T::MAX, self.step * self.inverse, T::zero()).at_most(self.bound)
     }
@@ -306,7 +306,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         choose(self.step < T::MAX, self.step, T::zero())
     }
 
-    /// Few samples are judged with those of the next ticks.
+    /// Few samples are tested with those of the next ticks.
     fn wait(&mut self) {
         self.waited += 1;
         if self.waited > MAX_WAIT_TICKS {
@@ -315,7 +315,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         }
     }
 
-    /// Whether neither origin nor unit fits the samples: their first ones were far from all others.
+    /// True if neither origin nor unit fits the samples: their first ones were far from all others.
     pub(super) fn is_lost(&self) -> bool {
         self.swallowed >= MAX_SWALLOWED_TICKS
     }
@@ -355,7 +355,7 @@ pub(super) fn level_max<T: Limits + Real<Element = T>>() -> T {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
-    /// Whether samples can have made it of `fresh`.
+    /// True if samples can have made it of `fresh`.
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
         // Raw, it must not overflow.
         let reach = (T::MAX_RAW * T::of(4.0) * self.inverse).at_most(self.bound);

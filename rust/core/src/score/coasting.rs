@@ -121,7 +121,7 @@ impl Windows {
     }
 }
 
-/// The estimates of the last samples, and the errors of those held so far.
+/// The estimates of the last samples, and the errors of those held to date.
 #[derive(Debug, Clone)]
 struct Held {
     estimates: Vec<f64>,

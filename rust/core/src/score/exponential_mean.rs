@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 
-/// Replaces every sample by the average so far, `y += max(1/k, gain) (z - y)` at the k-th present
+/// Replaces every sample by the average to date, `y += max(1/k, gain) (z - y)` at the k-th present
 /// sample: a running mean until the gain takes over, and for ever if the gain is zero.
 ///
 /// At a missing sample the average is held; before the first present one it is NaN.

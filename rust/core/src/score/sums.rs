@@ -55,7 +55,7 @@ pub fn widened(known: [f64; 2], values: &[f64]) -> [f64; 2] {
     [lowest, most.iter().chain(rest).copied().fold(known[1], f64::max)]
 }
 
-/// Mean and deviation so far, merged block by block (Chan, Golub & LeVeque 1979, equation 2.1).
+/// Mean and deviation to date, merged block by block (Chan, Golub & LeVeque 1979, equation 2.1).
 #[derive(Debug, Clone)]
 pub struct Moments {
     count: f64,
@@ -87,7 +87,7 @@ impl Moments {
         self.ends = widened(self.ends, values);
     }
 
-    /// How many samples.
+    /// The number of samples.
     pub fn count(&self) -> f64 {
         self.count
     }

@@ -33,7 +33,7 @@ impl<'a> Block<'a> {
         Self { channels, input, numbers, flags }
     }
 
-    /// How many rows it has, for streams that take `S::Input`.
+    /// The number of rows, for streams that take `S::Input`.
     pub fn n_rows<S: Stream>(&self) -> usize {
         self.input.len() / (self.channels * S::Input::NUMBERS).max(1)
     }
@@ -45,13 +45,13 @@ impl<'a> Block<'a> {
         input.zip(self.numbers.chunks_exact_mut(self.channels))
     }
 
-    /// What is left after `rows` rows of one number each.
+    /// The block after `rows` rows of one number each.
     pub(crate) fn after(&mut self, rows: usize) -> Block<'_> {
         let (channels, done) = (self.channels, rows * self.channels);
         Block::new(channels, &self.input[done..], &mut self.numbers[done..], self.flags)
     }
 
-    /// What is left after `rows` rows, which this one gives up.
+    /// The block after `rows` rows, which this one gives up.
     pub(crate) fn skip(self, rows: usize) -> Self {
         let (channels, done) = (self.channels, rows * self.channels);
         let (_, numbers) = self.numbers.split_at_mut(done);
@@ -203,7 +203,7 @@ impl<S: Stream + Send> Channels for &mut [S] {
     }
 }
 
-/// How much of a row a channel has, and how many rows are worked on at once.
+/// Numbers of a row per channel, and number of rows in one pass.
 #[derive(Debug, Clone, Copy)]
 struct Layout {
     channels: usize,

@@ -35,7 +35,7 @@ pub trait Checkpoint: Serialize + DeserializeOwned {
         decode(bytes)
     }
 
-    /// Whether a state that was read can be one of this type: every number, count and choice is one
+    /// True if a state that was read can be one of this type: every number, count and choice is one
     /// that samples can lead to, so that what follows is as finite as after these samples.
     fn is_valid(&self) -> bool;
 
@@ -47,13 +47,13 @@ pub trait Checkpoint: Serialize + DeserializeOwned {
         Ok(self)
     }
 
-    /// Whether another one can be the next channel to this one.
+    /// True if another one can be the next channel to this one.
     fn is_like(&self, _other: &Self) -> bool {
         true
     }
 }
 
-/// What a checkpoint holds: type, version and sizes.
+/// Label of a checkpoint: type, version and sizes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Label {
     tag: [u8; TAG],
@@ -145,7 +145,7 @@ fn decode_valid<S: Checkpoint>(content: &[u8]) -> Result<(S, &[u8]), Error> {
     if state.is_valid() { Ok((state.with_reserve()?, rest)) } else { Err(Error::Content) }
 }
 
-/// What stands between header and checksum of a checkpoint of this type.
+/// The content between header and checksum of a checkpoint of this type.
 fn content(expected: Label, bytes: &[u8]) -> Result<&[u8], Error> {
     let found = label(bytes)?;
     match found == expected {
@@ -154,12 +154,12 @@ fn content(expected: Label, bytes: &[u8]) -> Result<&[u8], Error> {
     }
 }
 
-/// What postcard reads off the start of `bytes`.
+/// Decodes a value from the start of `bytes`.
 pub(crate) fn decode<'a, C: Deserialize<'a>>(bytes: &'a [u8]) -> Result<(C, &'a [u8]), Error> {
     postcard::take_from_bytes(bytes).map_err(|_| Error::Content)
 }
 
-/// What these bytes hold, if they are a whole and undamaged checkpoint.
+/// The label of these bytes, if they are a whole and undamaged checkpoint.
 ///
 /// # Errors
 /// [`Error::NotACheckpoint`], [`Error::Layout`], [`Error::Length`] or [`Error::Checksum`].

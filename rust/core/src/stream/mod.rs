@@ -32,9 +32,9 @@ pub(crate) use watch::Watch;
 
 /// Something that takes samples one by one and returns something for each.
 pub trait Stream: Sized {
-    /// What it takes: a number, a vector, several of them.
+    /// Its input: a number, a vector, several of them.
     type Input: Input;
-    /// What it returns for each: numbers and flags, or nothing.
+    /// Its output for each: numbers and flags, or nothing.
     type Output: Output;
 
     /// Takes one sample: constant work, no allocation, no panic.
@@ -84,7 +84,7 @@ pub trait Stream: Sized {
         });
     }
 
-    /// How many channels take hardly longer than one, because they share SIMD registers.
+    /// The number of channels that take hardly longer than one, because they share SIMD registers.
     #[cfg(feature = "std")]
     fn lane_count() -> usize {
         1

@@ -20,7 +20,7 @@ pub trait Number:
 impl Number for f32 {}
 impl Number for f64 {}
 
-/// What one field of an output is.
+/// Shape of an output's field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
     /// One number.
@@ -34,7 +34,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// How many numbers it takes; a flag takes none.
+    /// The count of its numbers; a flag has none.
     pub const fn numbers(self) -> usize {
         match self {
             Self::Number => 1,
@@ -50,26 +50,26 @@ impl Shape {
 pub struct Field {
     /// Its name; empty where the output is this one field.
     pub name: &'static str,
-    /// What it is.
+    /// Its shape.
     pub shape: Shape,
 }
 
-/// What a stream takes for one sample: so many numbers, NaN where one is missing.
+/// Input of a stream for one sample: so many numbers, NaN where one is missing.
 pub trait Input: Copy {
-    /// How many numbers it is.
+    /// Count of its numbers.
     const NUMBERS: usize;
 
     /// The sample that these numbers are.
     fn read(numbers: &[f64]) -> Self;
 }
 
-/// What a stream returns for one sample: numbers and flags.
+/// Output of a stream for one sample: numbers and flags.
 pub trait Output: Copy {
     /// Its parts.
     const FIELDS: &'static [Field];
-    /// How many numbers it is.
+    /// Count of its numbers.
     const NUMBERS: usize = sizes(Self::FIELDS).0;
-    /// How many flags it is.
+    /// Count of its flags.
     const FLAGS: usize = sizes(Self::FIELDS).1;
 
     /// Puts the numbers and the flags where they belong.

@@ -104,12 +104,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         ready.then(|| Scaling::new(self.mean(), deviation))
     }
 
-    /// Mean of the samples so far; zero before the first.
+    /// Mean of the samples to date; zero before the first.
     pub fn mean(&self) -> T {
         self.typical().map_or(self.origin + self.unit * self.mean, |(median, _)| median)
     }
 
-    /// Variance of the samples so far.
+    /// Variance of the samples to date.
     pub fn variance(&self) -> T {
         match self.typical() {
             Some((_, deviation)) => {
@@ -139,7 +139,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         (v * self.unit * self.unit).at_most(T::MAX_RAW)
     }
 
-    /// Distance of `z` from the mean so far; zero for a missing sample.
+    /// Distance of `z` from the mean to date; zero for a missing sample.
     pub fn difference(&self, z: T) -> T {
         choose(z.finite(), z.within(T::MAX_RAW) - self.mean(), T::zero())
     }

@@ -85,7 +85,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sketch<T> {
         distance
     }
 
-    /// Whether samples can have made it.
+    /// True if samples can have made it.
     pub(crate) fn is_valid(&self) -> bool {
         let kept = &self.sorted[..self.held()];
         self.held as usize == self.held()

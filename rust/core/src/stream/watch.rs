@@ -1,4 +1,4 @@
-//! Whether the scale that a start-up has learned still fits.
+//! Check of the scale that a start-up has learned.
 
 use serde::{Deserialize, Serialize};
 
@@ -35,7 +35,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Watch<T> {
         Self { last: T::of(f64::NAN), far: 0 }
     }
 
-    /// Whether to look at the sample that is the `samples_seen`th.
+    /// True if to look at the sample that is the `samples_seen`th.
     #[inline(always)]
     pub(crate) fn is_due(samples_seen: u64) -> bool {
         Self::turn(samples_seen) == 0
@@ -71,7 +71,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Watch<T> {
         self.has_disproved()
     }
 
-    /// Whether samples can have made it.
+    /// True if samples can have made it.
     pub(crate) fn is_valid(&self) -> bool {
         is_sample(self.last, T::MAX_RAW) && !self.has_disproved()
     }

@@ -120,7 +120,7 @@ pub fn any_params() -> impl Strategy<Value = Params> {
     })
 }
 
-/// Whether [`every_order`] takes all twelve, as the package's laws do for every change: `make nightly`
+/// True if [`every_order`] takes all twelve, as the package's laws do for every change: `make nightly`
 /// sets it. What is compiled for an order differs by its numbers alone.
 pub const EVERY_ORDER: bool = option_env!("ZR_EVERY_ORDER").is_some();
 

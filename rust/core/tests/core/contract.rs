@@ -10,7 +10,7 @@ use zerorate_core::{Bank, Error, Stream};
 
 // From here to the next such line: the filter, whole.
 
-/// Rates without the mean of the samples so far, and whether the body turns.
+/// Rates without the mean of the samples to date, and whether the body turns.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Centred {
     threshold: f64,

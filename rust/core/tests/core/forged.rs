@@ -1,5 +1,5 @@
-//! What a filter saves is always accepted; a forged state with a right checksum is refused, or goes
-//! on like any other: finite, without a panic.
+//! A filter accepts every state that it saved; a forged state with a right checksum is refused, or
+//! goes on like any other: finite, without a panic.
 
 use crate::common::{any_params, any_sample, saved, some_start};
 use proptest::prelude::*;
@@ -353,8 +353,8 @@ proptest! {
     }
 }
 
-/// What is returned, and whether the state could be saved again: what else it tells is not known of a
-/// force that is none.
+/// The output, and a flag that the state could be saved again: the rest is undefined for a force of
+/// zero.
 fn numbers_and_validity<S: Stream + Checkpoint>(stream: &S, output: S::Output) -> Vec<f64> {
     let mut outputs = numbers(output);
     outputs.push(if stream.is_valid() { 0.0 } else { f64::NAN });

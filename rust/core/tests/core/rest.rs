@@ -10,7 +10,7 @@ fn new(rate: f64) -> RestDetector<f64> {
     RestDetector::new(rate, RestLimits::default()).expect("the tests' rates are positive")
 }
 
-/// What changed, and at which sample.
+/// The events, and their samples.
 fn events(samples: &[f64]) -> Vec<(usize, Event)> {
     let mut detector = new(RATE);
     let mut changes = Vec::new();

@@ -17,7 +17,7 @@ fn event(k: usize, more: f64) -> [f64; 14] {
     [0.0, time, more, 0.0, -0.5 * more, 0.5 * more, more, -9.81, still, nan, nan, nan, nan, nan]
 }
 
-/// What a bank answers to rows of events of two vehicles.
+/// The answers of a bank to rows of events of two vehicles.
 fn answers(bank: &mut Bank<NavigationFilter>, rows: &[f64]) -> Vec<u64> {
     let mut numbers = vec![0.0; rows.len() / 14 * Snapshot::NUMBERS];
     bank.process(rows, &mut numbers, &mut []);

@@ -26,24 +26,24 @@ pub trait AttitudeBank: AnyBank {
     fn params(&self) -> &AttitudeParams;
     fn method(&self) -> &'static str;
     fn options(&self) -> NamedOptions;
-    /// Whether scale and misalignment of the gyro were given.
+    /// True if scale and misalignment of the gyro were given.
     fn is_calibrated(&self) -> bool;
     /// The largest bias that a gyro has, rad/s, where it is not the usual one.
     fn bias_limit(&self) -> Option<f64>;
-    /// Whether something is taken off the magnetometer first.
+    /// True if something is taken off the magnetometer first.
     fn is_corrected(&self) -> bool;
-    /// What each learns of its magnetometer's hard iron, if it does.
+    /// The hard iron that each learns of its magnetometer, if it does.
     fn irons(&self) -> Option<Vec<LearnedIron>>;
     fn readings(&self) -> Vec<Reading>;
     fn samples_seen(&self) -> u64;
     /// Rates of each that were given and left out.
     fn rates_left_out(&self) -> Vec<u64>;
     fn wrong_gravity(&self) -> Option<f64>;
-    /// Puts down what is known after each sample.
+    /// Writes the state after each sample.
     fn trace(&mut self, rows: &[f64], parts: &mut Parts) -> Result<(), Error>;
-    /// What all of a record tells of each sample.
+    /// The smoothed samples of a record.
     fn smooth(&self, columns: &Columns<'_>, n: usize) -> Result<Parts, Error>;
-    /// Whether there is such a thing by this method.
+    /// True if there is such a thing by this method.
     fn smooths(&self) -> bool;
     fn power_on(&mut self);
     fn align(&mut self, orientations: &[[f64; 4]], tilt_sigma: f64, heading_sigma: f64);
@@ -137,12 +137,12 @@ where
     }
 }
 
-/// The parts of what is known after a sample.
+/// The parts of the state after a sample.
 pub fn fields() -> &'static [zerorate_core::stream::Field] {
     Snapshot::FIELDS
 }
 
-/// What is known of each sample of each body, sample by sample.
+/// The smoothed samples of each body, sample by sample.
 fn side_by_side(mut bodies: Vec<Smoothed>, n: usize) -> Result<Parts, Error> {
     let (numbers, flags) = sizes(fields());
     let mut parts = Parts::new(fields(), n * bodies.len())?;

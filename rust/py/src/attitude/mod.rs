@@ -35,28 +35,30 @@ use crate::common::work::{in_pieces, interruptible};
 const ROWS: usize = 1 << 8;
 const ROWS_OF_THREADS: usize = 1 << 14;
 
-/// Which way a body points, from its gyro, accelerometer and, if there is one, magnetometer.
+/// Orientation of a body, from its gyro, accelerometer and, if present, magnetometer.
 ///
 /// ``update`` and ``process`` return the orientation, a quaternion w, x, y, z from the axes of the
 /// sensor to those of the earth. The default method has nothing to tune: it integrates the gyro,
 /// corrects the tilt ten times a second, learns bias, scale and misalignment of the gyro from
-/// gravity, and lets the magnetometer touch the heading alone. The others are those of textbooks.
+/// gravity, and corrects only the heading by the magnetometer. The other methods are those of
+/// textbooks.
 ///
 /// Sensors may have rates of their own: NaN, ``None`` or a vector of zeros is a missing sample, and
-/// so is one beyond 1000 rad/s or m/s^2. Zeros of a gyro are a rate as long as it seems to give them at
-/// rest, as one that is simulated or has a dead band does: after a rate below 5 deg/s, unless it has
-/// rested with noise, and where it has rested with zeros for some time. A missing rate is the last one for 50 ms. ``dt`` is the time
-/// since the sample before, s, where it is not ``1 / rate``; more than 1 s is a gap, and below zero the
-/// clock was set back, by more than 1 s where the recorder began again. Over either the body may have
-/// turned, and ``tilt_sigma`` and ``heading_sigma`` grow by that. North is the magnetic one; without a magnetometer a level sensor starts along the axes of the frame, and the
-/// heading drifts. One object serves one thread at a time.
+/// so is one beyond 1000 rad/s or m/s^2. Zeros of a gyro are a rate if it gives them at rest, as a
+/// simulated gyro or one with a dead band does: after a rate below 5 deg/s, unless it has rested
+/// with noise, and after some time of rest with zeros. A missing rate is replaced by the last one
+/// for 50 ms. ``dt`` is the time since the sample before, s, where it is not ``1 / rate``; more
+/// than 1 s is a gap. Below zero the clock was set back, and by more than 1 s the recorder
+/// restarted. In either case the body may have turned, and ``tilt_sigma`` and ``heading_sigma``
+/// grow accordingly. North is the magnetic one; without a magnetometer a level sensor starts along
+/// the axes of the frame, and the heading drifts. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
 ///     Samples of the gyro a second.
 /// mag : bool, default True
-///     Whether a magnetometer may come; with False one that is given is an error, and
+///     True if samples may have a magnetometer. With False a magnetic field is an error, and
 ///     ``heading_sigma`` is that of the drift since the start.
 /// frame : {"enu", "ned", "nwu"}
 ///     Axes of the earth: east, north, up; north, east, down; north, west, up. Level, with the
@@ -66,49 +68,52 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 /// gyro_unit, accel_unit : str
 ///     Units of the samples, as in `zerorate.units`; of the magnetometer any.
 /// bias : array_like, shape (3,), DriftFilter or Calibration, optional
-///     The gyro's output without rotation as it is known before, in ``gyro_unit``: numbers, a
+///     Known output of the gyro without rotation, in ``gyro_unit``: numbers, a
 ///     `DriftFilter` of three channels in that unit, or a `Calibration`, for raw samples, which also
 ///     gives the gyro's matrix.
 /// bias_sigma : array_like, shape () or (3,), optional
-///     Its standard deviation; by default 0.05 deg/s of what an object knows, or more if it says so,
-///     0.5 deg/s of numbers, and 1 deg/s where nothing is known.
+///     Its standard deviation. Default: 0.05 deg/s for a filter or calibration, or more if that
+///     states more; 0.5 deg/s for numbers; 1 deg/s without a known bias.
 /// bias_limit : float, optional
-///     Of "auto", in ``gyro_unit``: the largest bias that such a gyro has; a steadier rate beyond is a
-///     turn, never a rest. Default 10 deg/s. Small keeps a table that turns slowly from the first
-///     sample on from passing for a rest, large finds the bias of a bad gyro.
+///     Of "auto", in ``gyro_unit``: the largest possible bias. A steady rate beyond it is a
+///     rotation, never a rest. Default 10 deg/s. With a small limit a table that turns slowly from
+///     the first sample on is not mistaken for a rest; with a large one the bias of a bad gyro is
+///     found.
 /// gyro_range : float, optional
 ///     In ``gyro_unit``: the range of the gyro. A rate beyond it about any axis is a missing sample,
 ///     counted in ``rates_left_out``, and one at the range is ``status`` "clipped".
 /// magnetometer : MagnetometerCalibration, optional
-///     Of "auto": what `calibrate_magnetometer` found, taken off each sample first: the hard iron of
-///     the group that lasts longest, and the soft iron. The samples must be in its unit.
+///     Of "auto": result of `calibrate_magnetometer`, by which each sample is corrected first: the
+///     hard iron of the group that lasts longest, and the soft iron. The samples must be in its
+///     unit.
 /// learn_magnetometer : bool, default False
-///     Of "auto": whether the magnetometer's hard iron is learned from the motion while it runs, that
-///     which ``magnetometer`` leaves if there is one. Until one is known every answer is that without
-///     it, to the last bit.
+///     Of "auto": learn the magnetometer's hard iron from the motion; with ``magnetometer``, the
+///     rest that this leaves. Until it is known the output is the same as without learning, to the
+///     last bit.
 /// channels : int, optional
 ///     Bodies side by side; ``None`` is a single one.
 /// time_constant : float, default 0.5
-///     Of "complementary", s: tilt and heading come near those of accelerometer and magnetometer by a
-///     factor of e. Short follows accelerations, long the gyro's bias: an error of b times this.
+///     Of "complementary", s: time constant of tilt and heading towards accelerometer and
+///     magnetometer. A short one follows accelerations, a long one the gyro's bias b, with an error
+///     of b times this.
 /// kp, ki : float, default 1.0 and 0.3
 ///     Of "mahony", 1/s and 1/s^2: proportional and integral gain. Without the integral no bias is
 ///     learned.
 /// beta : float, optional
-///     Of "madgwick", rad/s: speed of the quaternion down the gradient, half that of the body; by
-///     default 0.041 with a magnetometer and 0.033 without, as in the report.
+///     Of "madgwick", rad/s: gradient step of the quaternion, half the body's rate; by default
+///     0.041 with a magnetometer and 0.033 without, as in the report.
 /// gyro_noise, accel_noise : float, default 0.0002 and 0.1
 ///     Of "ekf" and "ukf", rad/s/sqrt(Hz) and m/s^2/sqrt(Hz): white noise, that of the accelerometer with
 ///     the body's own accelerations, some fifty times that of a data sheet.
 /// mag_noise : float, default 0.1
-///     Of "ekf" and "ukf", rad/sqrt(Hz): noise of the heading that the magnetometer shows.
+///     Of "ekf" and "ukf", rad/sqrt(Hz): noise of the magnetic heading.
 /// bias_walk : float, default 0.0001
 ///     Of "ekf" and "ukf", rad/s/sqrt(s): random walk of the gyro's bias.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     A parameter is out of its range, or the method has no use for it.
+///     A parameter is out of range, or the method does not use it.
 ///
 /// Examples
 /// --------
@@ -123,7 +128,7 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 #[pyclass(generic, module = "zerorate")]
 #[derive(Debug)]
 pub struct Attitude {
-    /// Whether there is a magnetometer.
+    /// True if there is a magnetometer.
     mag: bool,
     shared: Shared<dyn AttitudeBank>,
 }
@@ -230,8 +235,8 @@ impl Attitude {
         this.shared.update_row(slf.py(), &row)
     }
 
-    /// What ``update`` returns for each sample of a batch: (n, 3) each to (n, 4), with channels
-    /// (n, k, 3) to (n, k, 4). ``dt`` is one time or (n,); the interpreter lock is released.
+    /// Update with each sample of a batch: (n, 3) each to (n, 4), with channels (n, k, 3) to (n, k,
+    /// 4). ``dt`` is one time or (n,); the interpreter lock is released.
     #[pyo3(signature = (gyro, accel, mag=None, dt=None, out=None, threads=None))]
     // The arguments are those of the method in Python.
     #[allow(clippy::too_many_arguments)]
@@ -291,7 +296,7 @@ impl Attitude {
         Ok(found)
     }
 
-    /// What is known of each sample of a record by all of it: as ``trace``, but offline.
+    /// Smooth each sample of a record with all others: as ``trace``, but offline.
     #[pyo3(signature = (gyro, accel, mag=None, dt=None))]
     fn smooth<'py>(
         slf: &Bound<'py, Self>,
@@ -364,11 +369,12 @@ impl Attitude {
         )
     }
 
-    /// What is to be known first of all; with channels a list. "starting" (first second); "clipped" (a
-    /// rate at ``gyro_range``); "rate missing"; "wrong unit" (gravity at rest is none) and "wrong unit?"
-    /// (gravity turns 57 times more or less than the gyro says: deg/s and rad/s); "magnetometer stuck"
-    /// (one value while the body turns); "at rest, or on a rate table: bias_limit" (a steady rate beyond
-    /// ``bias_limit``, of which nothing tells the one from the other); "disturbed", "at rest" or "moving".
+    /// Status of the filter; with channels a list. "starting" (first second); "clipped" (a rate at
+    /// ``gyro_range``); "rate missing"; "wrong unit" (the force at rest is not gravity) and "wrong
+    /// unit?" (gravity turns 57 times faster or slower than the gyro: deg/s and rad/s confused);
+    /// "magnetometer stuck" (one value while the body turns); "at rest, or on a rate table:
+    /// bias_limit" (a steady rate beyond ``bias_limit``: rest and a rate table cannot be
+    /// distinguished); "disturbed", "at rest" or "moving".
     #[getter]
     fn status<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let this = reading(slf)?;
@@ -379,10 +385,11 @@ impl Attitude {
         }
     }
 
-    /// What is done with the magnetometer: "raw" (used as it is: no hard iron is known, or none is
-    /// learned), "known" (the present motion tells the hard iron, which is taken off), "kept" (one known
-    /// before is taken off, or none, whichever keeps the field) or "withheld" (no hard iron explains
-    /// the field: heading by the gyro, for a minute at most); with channels a list.
+    /// Use of the magnetometer: "raw" (used without correction: no hard iron is known, or none is
+    /// learned), "known" (the present motion determines the hard iron, which is subtracted), "kept"
+    /// (an earlier hard iron, or none, is subtracted, whichever keeps the field constant) or
+    /// "withheld" (no hard iron explains the field: heading by the gyro, for a minute at most);
+    /// with channels a list.
     #[getter]
     fn magnetometer_state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let this = reading(slf)?;
@@ -454,7 +461,8 @@ getters! { Attitude, slf, py, this;
     heading: Object<'py> = vectors(slf, &[], |body| vec![body.heading])?;
     /// Up, in the axes of the sensor, of length 1: (3,), with channels (k, 3).
     up: Object<'py> = vectors(slf, &[3], |body| body.up.to_vec())?;
-    /// What gravity alone makes the accelerometer show, in its unit: (3,), with channels (k, 3).
+    /// Specific force that gravity alone causes, in the accelerometer's unit: (3,), with channels
+    /// (k, 3).
     gravity: Object<'py> = vectors(slf, &[3], |body| body.gravity.to_vec())?;
     /// The last specific force without gravity, in the accelerometer's axes and unit, NaN if it was
     /// missing: (3,), with channels (k, 3).
@@ -479,9 +487,9 @@ getters! { Attitude, slf, py, this;
     /// with channels (k,).
     heading_sigma: Object<'py> =
         vectors(slf, &[], |body| vec![body.snapshot.knowledge.heading_sigma])?;
-    /// Whether the body rests: bool, with channels (k,).
+    /// True if the body rests: bool, with channels (k,).
     at_rest: Object<'py> = flags(slf, |body| body.snapshot.knowledge.at_rest)?;
-    /// Whether the magnetic field is another than the one known, by its strength or its dip: bool,
+    /// True if the magnetic field is another than the one known, by its strength or its dip: bool,
     /// with channels (k,).
     disturbed: Object<'py> = flags(slf, |body| body.snapshot.knowledge.disturbed)?;
     /// The magnetometer's hard iron that is taken off each sample, in its unit and, behind a
@@ -493,13 +501,13 @@ getters! { Attitude, slf, py, this;
     /// Rates that were given and left out, as beyond ``gyro_range`` or 1000 rad/s; infinities and NaN are
     /// missing samples. int, with channels (k,).
     rates_left_out: Object<'py> = this.shared.numbers(py, this.shared.bank.rates_left_out())?;
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
     /// Samples a second.
     rate: f64 = this.shared.bank.params().rate;
     /// The method that estimates.
     method: &'static str = this.shared.bank.method();
-    /// Whether a magnetometer may come.
+    /// True if a magnetometer may come.
     mag: bool = this.mag;
     /// Unit of the gyro's samples.
     gyro_unit: String = unit_of(py, this.shared.bank.params().gyro_unit, &GYRO_UNITS)?;
@@ -618,7 +626,7 @@ fn quaternions<'py>(given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     given.call_method("as_quat", (), Some(&scalar_first))
 }
 
-/// What is known of the gyro before its first sample.
+/// The prior of the gyro before its first sample.
 fn prior(
     py: Python<'_>,
     bias: Option<&Bound<'_, PyAny>>,
@@ -655,13 +663,14 @@ fn prior(
     Ok(())
 }
 
-/// Whether it is a filter that has learned biases.
+/// True if it is a filter that has learned biases.
 fn is_filter(given: &Bound<'_, PyAny>) -> PyResult<bool> {
     Ok(given.hasattr("bias")? && given.hasattr("bias_sigma")?)
 }
 
-/// How well a bias is known that comes without its deviation, rad/s: numbers by so much, what something
-/// has learned by a tenth of it or what it says itself; by a filter that has seen nothing, not at all.
+/// The standard deviation of a bias that comes without one, rad/s: numbers have a fixed one,
+/// learned biases a tenth of themselves or their own; the bias of a filter without samples is
+/// unknown.
 fn believed(given: &Bound<'_, PyAny>, unit: f64) -> PyResult<Option<[f64; 3]>> {
     let numbers = NamedOptions::default().bias_sigma;
     if given.hasattr("__gyro_prior__")? {
@@ -736,7 +745,7 @@ fn in_unit(axes: [f64; 3], usual: [f64; 3], unit: f64) -> String {
     }
 }
 
-/// What times the unit is `x` to the last bit, short if that will do.
+/// The number that times the unit is `x` to the last bit, short if possible.
 fn quotient(x: f64, unit: f64) -> f64 {
     let near = x / unit;
     let short = format!("{near:.14e}").parse().unwrap_or(near);
@@ -744,7 +753,7 @@ fn quotient(x: f64, unit: f64) -> f64 {
     tried.into_iter().find(|found| found * unit == x).unwrap_or(near)
 }
 
-/// What one unit of a sensor is in SI.
+/// The SI value of one unit of a sensor.
 fn factor(py: Python<'_>, unit: &str, si: &str, name: &str) -> PyResult<f64> {
     let found = rules::call(py, Rule::Convert, (1.0, unit, si)).map_err(|_| {
         PyValueError::new_err(format!("{name} must be a unit such as '{si}', got '{unit}'"))

@@ -37,7 +37,7 @@ pub fn read<C: Default>(
     Ok(constants)
 }
 
-/// Refuses what is known of the bias where the method has no use for it.
+/// Refuses a prior of the bias if the method does not use it.
 pub fn check_bias(method: &str, bias: bool, sigma: bool, limit: bool) -> PyResult<()> {
     for (name, given, methods) in [
         ("bias", bias, BIAS_METHODS),
@@ -61,7 +61,7 @@ pub fn check_field(mag: bool, given: Option<&Bound<'_, PyDict>>) -> PyResult<()>
     }
 }
 
-/// What a calibration takes off the magnetometer, if it takes off anything.
+/// The correction of the magnetometer by a calibration, if it has one.
 pub fn correction(
     given: Option<&Bound<'_, PyAny>>,
     method: &str,

@@ -10,6 +10,7 @@ use zerorate_core::stream::Input;
 use zerorate_core::{Error, memory};
 
 use crate::common::arrays::{self, Samples};
+use crate::common::elements::three;
 use crate::common::errors::NativeError;
 
 /// Numbers in a sample: three of each sensor, and the time since the sample before.
@@ -18,7 +19,7 @@ pub const WIDTH: usize = 10;
 /// Instants whose samples are put side by side at once.
 const ROWS: usize = 64;
 
-/// What one call gives.
+/// Arguments of one call.
 #[derive(Debug, Clone, Copy)]
 pub struct Given<'a, 'py> {
     pub gyro: &'a Bound<'py, PyAny>,
@@ -43,8 +44,8 @@ impl<'a, 'py> Given<'a, 'py> {
     /// One sample of a single body, if it comes as loops give it most often.
     #[inline]
     pub fn usual(&self) -> Option<[f64; WIDTH]> {
-        let ([gx, gy, gz], [ax, ay, az]) = (arrays::three(self.gyro)?, arrays::three(self.accel)?);
-        let [mx, my, mz] = self.mag.map_or(Some([f64::NAN; 3]), arrays::three)?;
+        let ([gx, gy, gz], [ax, ay, az]) = (three(self.gyro)?, three(self.accel)?);
+        let [mx, my, mz] = self.mag.map_or(Some([f64::NAN; 3]), three)?;
         self.dt.is_none().then_some([gx, gy, gz, ax, ay, az, mx, my, mz, f64::NAN])
     }
 
@@ -104,7 +105,7 @@ pub struct Batch<'py> {
 }
 
 impl Batch<'_> {
-    /// What of them the work needs.
+    /// The columns that the work needs.
     pub fn columns(&self) -> PyResult<Columns<'_>> {
         let mut sensors = Vec::with_capacity(self.sensors.len());
         for (first, samples) in &self.sensors {

@@ -17,19 +17,20 @@ const WIDTH: usize = 3;
 
 /// The tilt about one axis, from the rate about it and the angle that the accelerometer shows.
 ///
-/// It is what is often done with an MPU-6050: the angle of the accelerometer, an arc tangent of two of
-/// its axes, is noisy but stays; the integral of the gyro is smooth but drifts. The **complementary**
-/// filter is ``angle = a (angle + gyro dt) + (1 - a) accelerometer`` with ``a = time_constant /
-/// (time_constant + dt)``: 0.98 for 0.49 s and 100 Hz. A bias b of the gyro leaves exactly ``b *
-/// time_constant``. The **kalman** filter has the states angle and bias, and learns the bias.
+/// This is the usual fusion for an MPU-6050: the angle of the accelerometer, an arc tangent of two
+/// of its axes, is noisy but stable; the integral of the gyro is smooth but drifts. The
+/// **complementary** filter is ``angle = a (angle + gyro dt) + (1 - a) accelerometer`` with ``a =
+/// time_constant / (time_constant + dt)``: 0.98 for 0.49 s and 100 Hz. A bias b of the gyro leaves
+/// exactly ``b * time_constant``. The **kalman** filter has the states angle and bias, and learns
+/// the bias.
 ///
-/// Any unit of angle will do, if the gyro has that unit a second. It is one axis alone: the rate about
-/// it is that of the tilt for small angles only, and the arc tangent fails near 90 degrees. `Attitude`
-/// has neither limit, and takes motion for what it is.
+/// Any unit of angle works, if the gyro has that unit per second. The filter treats a single axis:
+/// the rate about it equals that of the tilt for small angles only, and the arc tangent fails near
+/// 90 degrees. `Attitude` has neither limit, and separates motion from tilt.
 ///
-/// A rate that is missing (NaN, infinite or None) is the last one for 50 ms, then none; an angle that is
-/// missing corrects nothing; before the first angle NaN is returned. One object serves one thread at a
-/// time.
+/// A missing rate (NaN, infinite or None) is replaced by the last one for 50 ms, then by zero; a
+/// missing angle corrects nothing; before the first angle NaN is returned. One object serves one
+/// thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -40,15 +41,15 @@ const WIDTH: usize = 3;
 /// channels : int, optional
 ///     Number of axes side by side; ``None`` is a single one.
 /// time_constant : float, default 0.5
-///     Of the complementary filter, s: short trusts the accelerometer, and its shaking, long the gyro, and
-///     its bias.
+///     Of the complementary filter, s: a short one trusts the accelerometer, with its vibration, a
+///     long one the gyro, with its bias.
 /// q_angle, q_bias : float, default 1e-3 and 3e-3
 ///     Of the Kalman filter: variance that angle and bias gain in a second, unit^2/s and
 ///     (unit/s)^2/s.
 /// r_measure : float, default 3e-2
-///     Of the Kalman filter: variance of one sample of the accelerometer's angle, unit^2. The same
-///     number is another filter at another rate. These three are those of the well-known code, for
-///     degrees at 100 Hz: it comes near the accelerometer in a third of a second.
+///     Of the Kalman filter: variance of one sample of the accelerometer's angle, unit^2. At
+///     another rate the same number is another filter. These three are those of the well-known
+///     code, for degrees at 100 Hz, with a time constant of a third of a second.
 /// p_start : float, default 1.0
 ///     Of the Kalman filter: variance of angle and bias before the first sample, unit^2 and
 ///     (unit/s)^2.
@@ -129,9 +130,8 @@ impl Tilt {
         this.shared.update_row(slf.py(), &row)
     }
 
-    /// What ``update`` returns for each sample of a batch: (n,) and (n,) to (n,), with channels (n, k)
-    /// and (n, k) to (n, k); ``dt`` is one time for all samples or (n,). The interpreter lock is
-    /// released.
+    /// Update with each sample of a batch: (n,) and (n,) to (n,), with channels (n, k) and (n, k)
+    /// to (n, k); ``dt`` is one time for all samples or (n,). The interpreter lock is released.
     #[pyo3(signature = (gyro, angle, dt=None, out=None, threads=None))]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -182,10 +182,10 @@ getters! { Tilt, slf, py, this;
     bias: Object<'py> = this.shared.each(py, Core::bias)?;
     /// Standard deviation of ``bias``, NaN for method "complementary": float, with channels (k,).
     bias_sigma: Object<'py> = this.shared.each(py, Core::bias_sigma)?;
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
     /// Samples a second.
     rate: f64 = this.first().params().rate;
-    /// How rate and angle are joined.
+    /// Combination of rate and angle.
     method: &'static str = this.first().params().method.name();
 }

@@ -40,14 +40,14 @@ where
 /// arrive or at once.
 ///
 /// ``force = accel_matrix @ (accel - accel_bias)`` and ``rate = gyro_matrix @ (gyro - gyro_bias -
-/// g_sensitivity @ force)``: the matrices are the inverses of what the sensors make of their input.
-/// ``Calibration.corrector()`` makes one. Nothing here has a unit but what is given.
+/// g_sensitivity @ force)``: the matrices are the inverses of the sensors' responses.
+/// ``Calibration.corrector()`` makes one. Units are those of the arguments.
 ///
 /// A sample has three numbers (the gyro), six (and the accelerometer) or seven (and the temperature,
-/// degC). Where an axis of the gyro is missing its three rates are NaN, where one of the
-/// accelerometer is its three forces are; the gyro is then corrected with the last force known, zero
-/// before the first. With the temperature missing the last one holds; before the first the bias is
-/// ``gyro_bias``. One object serves one thread at a time.
+/// degC). If an axis of the gyro is missing, its three rates are NaN. If an axis of the
+/// accelerometer is missing, its three forces are NaN, and the gyro is corrected with the last
+/// known force, zero before the first. If the temperature is missing, the last one is used; before
+/// the first the bias is ``gyro_bias``. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -58,24 +58,24 @@ where
 /// accel_matrix, accel_bias : array_like, shape (3, 3) and (3,), optional
 ///     Likewise of the accelerometer; by default it is left as it is.
 /// g_sensitivity : array_like, shape (3, 3), optional
-///     What a force adds to the gyro, raw unit of the gyro per unit of the corrected force; by
-///     default nothing.
+///     Contribution of a force to the gyro, raw unit of the gyro per unit of the corrected force;
+///     by default none.
 /// temperature : dict, optional
 ///     The gyro's bias over temperature: ``"coefficients"``, shape (3, 1) to (3, 4), are c_0, c_1, …
 ///     of each axis in ``sum(c_k * ((T - reference) / 10)**k)``; ``"reference"`` is a temperature,
-///     ``"range"`` the least and the highest that the curve was learned at. Beyond them it goes on
-///     along its tangent for as much as the range is long, and stays.
+///     ``"range"`` are the lowest and the highest temperature of the data. Beyond them the curve
+///     continues along its tangent for the length of the range, then stays constant.
 /// inputs : {3, 6, 7}, optional
 ///     Numbers in a sample; by default what the other arguments need. With 7 and without
 ///     ``temperature`` the last one is not used.
 /// channels : int, optional
-///     Sensors side by side, all corrected alike; ``None`` is a single one.
+///     Sensors side by side, all with the same correction; ``None`` is a single one.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     An array of another shape, a number that is not finite or beyond 1e50, or an argument that
-///     samples of so many numbers have no use for.
+///     A shape is wrong, a number is not finite or beyond 1e50, or samples of so many numbers do
+///     not use an argument.
 ///
 /// Examples
 /// --------
@@ -187,7 +187,7 @@ impl ImuCorrector {
         square(slf, |correction| &correction.accel_matrix)
     }
 
-    /// What a force adds to the raw gyro: (3, 3).
+    /// Contribution of a force to the raw gyro: (3, 3).
     #[getter]
     fn g_sensitivity<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         square(slf, |correction| &correction.g_sensitivity)
@@ -251,7 +251,7 @@ where
     Ok(ImuCorrector { shared: Shared::new(channels, Box::new(bank) as Box<dyn CorrectorBank>)? })
 }
 
-/// How many numbers a sample has, if they can do with the arguments given; each needs so many.
+/// The count of a sample's numbers, if it suits the arguments given; each needs so many.
 fn checked_inputs(inputs: Option<i128>, given: &[(&str, bool, i128)]) -> PyResult<i128> {
     let needed = given.iter().filter(|(_, given, _)| *given).map(|(_, _, needs)| *needs).max();
     let inputs = inputs.unwrap_or(needed.unwrap_or(3));

@@ -1,4 +1,4 @@
-//! What calibration does with a record, for Python: turns between rests, orientation.
+//! Calibration of a record, for Python: rotations between rests, orientation.
 
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyValueError;

@@ -12,10 +12,10 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 
 /// The bias of a gyro and its change with temperature, learned at rest while samples arrive.
 ///
-/// What `update` returns is the bias at the temperature now. It is learned from ticks of a quarter of a
-/// second at rest, which is found as `RestDetector` finds it, and held in motion, where it goes on
-/// with the temperature. Kalman filters with the states bias and slope and ``H = [1, T - reference]``
-/// differ in the random walk of the bias and are weighed by their likelihoods; none need be tuned.
+/// `update` returns the bias at the current temperature. It is learned from ticks of a quarter of a
+/// second at rest, as a `RestDetector` finds it, and held in motion, where it follows the
+/// temperature. Kalman filters with the states bias and slope and ``H = [1, T - reference]`` differ
+/// in the random walk of the bias and are weighed by their likelihoods; none need be tuned.
 ///
 /// A thermometer of whole degrees is averaged over as many ticks as lie between two of its steps. A
 /// rate or a temperature that is not finite is missing: the bias is then held, or learned at the last
@@ -26,12 +26,12 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 /// rate : float
 ///     Samples a second.
 /// reference : float, default 25.0
-///     Temperature that the bias state belongs to, degC; of no consequence once the slope is known.
+///     Temperature of the bias state, degC; without effect once the slope is known.
 /// slope : float, optional
-///     What is believed of the slope before any sample, the gyro's unit per kelvin; by default zero,
-///     with a deviation of one sample's noise per kelvin.
+///     Prior of the slope, the gyro's unit per kelvin; by default zero, with a standard deviation
+///     of one sample's noise per kelvin.
 /// slope_sigma : float, optional
-///     Its deviation; by default a slope that is given holds for certain.
+///     Its standard deviation; by default a given slope is exact.
 /// walk : float, optional
 ///     Random walk of the bias, unit per root second; by default it is learned.
 /// rest_limit, bias_limit : float, optional
@@ -116,8 +116,8 @@ impl TemperatureFilter {
         this.shared.update_row(slf.py(), &row)
     }
 
-    /// What ``update`` returns for each sample of a batch: (n,) and (n,) to (n,), with channels (n, k)
-    /// and one temperature for all, (n,), or (n, k) to (n, k); the interpreter lock is released.
+    /// Update with each sample of a batch: (n,) and (n,) to (n,), with channels (n, k) and one
+    /// temperature for all, (n,), or (n, k) to (n, k); the interpreter lock is released.
     #[pyo3(signature = (z, temperature, out=None, threads=None))]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -160,17 +160,17 @@ impl TemperatureFilter {
 getters! { TemperatureFilter, slf, py, this;
     /// The bias at the last temperature, zero before the first rest: float, with channels (k,).
     bias: Object<'py> = this.shared.each(py, Core::bias)?;
-    /// Standard deviation of ``bias``; before the first rest the largest sample so far, and as long as
-    /// what is taken for rest may be motion no less than the bias: float, with channels (k,).
+    /// Standard deviation of ``bias``; before the first rest the largest sample to date, and no
+    /// less than the bias while the assumed rest may be motion: float, with channels (k,).
     bias_sigma: Object<'py> = this.shared.each(py, Core::bias_sigma)?;
     /// Change of the bias per kelvin: float, with channels (k,).
     slope: Object<'py> = this.shared.each(py, Core::slope)?;
     /// Standard deviation of ``slope``, zero where nothing is known of it yet: float, with channels
     /// (k,).
     slope_sigma: Object<'py> = this.shared.each(py, Core::slope_sigma)?;
-    /// Whether the gyro rests, and the bias is being learned: bool, with channels (k,).
+    /// True if the gyro rests, and the bias is being learned: bool, with channels (k,).
     at_rest: Object<'py> = this.shared.each(py, Core::at_rest)?;
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
     /// Samples a second.
     rate: f64 = this.first().params().rate;

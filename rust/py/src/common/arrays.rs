@@ -13,6 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyList, PyTuple};
 use zerorate_core::memory;
 
+use super::elements::{is_readable, usual_row};
 use super::errors::NativeError;
 use super::rules::{self, Rule};
 
@@ -118,7 +119,7 @@ pub fn taken<'py, T, const N: usize>(
     rules::call(owner.py(), Rule::Samples, (owner.as_any(), names, given))?.extract()
 }
 
-/// Whether it tells nothing of itself, neither rate nor unit.
+/// True if it tells nothing of itself, neither rate nor unit.
 fn is_usual(z: &Bound<'_, PyAny>) -> bool {
     z.is_exact_instance_of::<PyUntypedArray>()
         || z.is_exact_instance_of::<PyFloat>()
@@ -136,46 +137,12 @@ pub fn row(z: &Bound<'_, PyAny>, axes: &[usize]) -> PyResult<Vec<f64>> {
     if z.is_none() {
         return Ok(vec![f64::NAN; axes.iter().product()]);
     }
-    if let ([channels], Some(values)) = (axes, usual_row(z))
-        && values.len() == *channels
-    {
+    if let Some(values) = usual_row(z, axes) {
         return Ok(values);
     }
     let samples = read(z)?;
     check_shape("z", samples.shape == axes, &tuple(axes), &samples.shape)?;
     Ok(samples.values)
-}
-
-/// What loops give most often, without what NumPy asks of any other: that takes ten times as long.
-#[inline]
-pub fn usual_row(z: &Bound<'_, PyAny>) -> Option<Vec<f64>> {
-    if let Ok(list) = z.cast_exact::<PyList>() {
-        return list.iter().map(float).collect();
-    }
-    if let Ok(tuple) = z.cast_exact::<PyTuple>() {
-        return tuple.iter().map(float).collect();
-    }
-    // Exactly an array: a masked one is read otherwise.
-    z.cast_exact::<PyUntypedArray>().ok()?;
-    let array = z.cast::<PyArray1<f64>>().ok()?;
-    let in_place = array.is_c_contiguous() && is_aligned(array.data());
-    in_place.then(|| (0..array.len()).map_while(|i| array.get_owned(i)).collect())
-}
-
-/// A sample of three axes, if it is what loops give most often.
-#[inline]
-pub fn three(z: &Bound<'_, PyAny>) -> Option<[f64; 3]> {
-    // Exactly an array: a masked one is read otherwise.
-    z.cast_exact::<PyUntypedArray>().ok()?;
-    let array = z.cast::<PyArray1<f64>>().ok()?;
-    if array.len() != 3 || !array.is_c_contiguous() || !is_aligned(array.data()) {
-        return None;
-    }
-    Some([array.get_owned(0)?, array.get_owned(1)?, array.get_owned(2)?])
-}
-
-fn float(z: Bound<'_, PyAny>) -> Option<f64> {
-    z.cast_exact::<PyFloat>().ok().map(|z| z.value())
 }
 
 /// Records side by side, each in a buffer of its own.
@@ -337,8 +304,7 @@ fn copy(values: &[f64]) -> PyResult<Vec<f64>> {
 /// The array itself, or a copy if an element or a stride is not where a float64 may stand.
 fn aligned<'py>(floats: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let array = floats.cast::<PyArrayDyn<f64>>()?;
-    let fits = |stride: &isize| stride.unsigned_abs().is_multiple_of(size_of::<f64>());
-    if is_aligned(array.data()) && array.strides().iter().all(fits) {
+    if is_readable(array.data(), array.strides()) {
         return Ok(array.clone());
     }
     Ok(array.call_method1("copy", ("C",))?.cast_into()?)
@@ -346,11 +312,7 @@ fn aligned<'py>(floats: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f6
 
 /// Row after row without gaps, each element where one may stand.
 pub fn is_plain<T: Element>(array: &Bound<'_, PyArrayDyn<T>>) -> bool {
-    array.is_c_contiguous() && is_aligned(array.data())
-}
-
-fn is_aligned<T>(data: *mut T) -> bool {
-    (data as usize).is_multiple_of(align_of::<T>())
+    array.is_c_contiguous() && array.data().is_aligned()
 }
 
 fn describe(z: &Bound<'_, PyAny>) -> String {

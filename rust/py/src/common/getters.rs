@@ -1,4 +1,4 @@
-//! What can be asked of an object, a line each.
+//! Getters of an object, a line each.
 
 use pyo3::prelude::*;
 

@@ -1,6 +1,7 @@
 //! Conversion of arrays, errors, and what all streaming classes share.
 
 pub mod arrays;
+pub mod elements;
 pub mod errors;
 pub mod getters;
 pub mod outputs;

@@ -26,7 +26,7 @@ enum Array<'py> {
     Flags(Bound<'py, PyArrayDyn<bool>>),
 }
 
-/// What an array holds, and how much of it a record takes.
+/// Content of an array, and the numbers that a record takes in it.
 enum Part<'a> {
     Numbers(&'a mut [f64], usize),
     Flags(&'a mut [bool]),

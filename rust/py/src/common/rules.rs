@@ -7,18 +7,18 @@ use pyo3::call::PyCallArgs;
 use pyo3::exceptions::{PyKeyError, PyRuntimeError};
 use pyo3::prelude::*;
 
-/// What the package knows better.
+/// Rules that the package has registered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rule {
     /// A value in another unit, of the value and both units.
     Convert,
     /// An array in which masked values, None and the NA of pandas are NaN.
     WithoutMasks,
-    /// What arguments of an object hold, logs and data frames as their samples in its units.
+    /// Arguments of an object, logs and data frames as their samples in its units.
     Samples,
-    /// What a linear filter says of a record, of arrays by name.
+    /// Run of a linear filter on a record, of arrays by name.
     LinearRun,
-    /// What a drift filter says of a record, of arrays by name.
+    /// Trace of a drift filter on a record, of arrays by name.
     Trace,
     /// The track of a recording, of a filter and what its `process` was given.
     Navigate,
@@ -49,7 +49,7 @@ pub fn function(py: Python<'_>, rule: Rule) -> PyResult<Bound<'_, PyAny>> {
     })
 }
 
-/// What it says.
+/// Calls the rule.
 pub fn call<'py>(
     py: Python<'py>,
     rule: Rule,

@@ -95,7 +95,7 @@ impl<S: Stream + Checkpoint + Clone + Send + Sync + 'static> AnyBank for Bank<S>
     }
 }
 
-/// A bank whose streams can be told that the body moves.
+/// A bank whose streams take a flag of the body's motion.
 pub trait MotionBank: AnyBank {
     /// Takes rows, at the end of each of which the body is known to move, or nothing is known of it.
     fn process_while(
@@ -131,7 +131,7 @@ where
 /// A bank of `channels` channels, or of a single signal for `None`.
 pub struct Shared<B: ?Sized> {
     pub channels: Option<usize>,
-    /// What a sample gives.
+    /// Output of a sample.
     output: Kind,
     /// Axes of one row of samples.
     axes: Vec<usize>,
@@ -150,7 +150,7 @@ impl<B: ?Sized> fmt::Debug for Shared<B> {
     }
 }
 
-/// What a sample gives.
+/// Output of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Nothing,
@@ -238,7 +238,7 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         self.answer(py)
     }
 
-    /// What the last row gave.
+    /// The output of the last row.
     #[inline]
     fn answer<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         match (self.output, self.channels) {
@@ -423,7 +423,7 @@ impl<B: MotionBank + ?Sized> Shared<B> {
         self.answer(z.py())
     }
 
-    /// [`process`](Self::process) of samples with what is known of the body's motion at each.
+    /// [`process`](Self::process) of samples with the known motion of the body at each.
     pub fn process_while<'py>(
         &mut self,
         z: &Bound<'py, PyAny>,
@@ -469,10 +469,10 @@ pub fn quoted(words: &[&str], last: &str) -> String {
     }
 }
 
-/// What makes numbers or flags of rows, whatever the bank: compiled once for each of the two.
+/// Function from rows to numbers or flags, whatever the bank: compiled once for each of the two.
 type Filling<'a, T> = dyn FnMut(&[f64], &mut [T]) -> PyResult<()> + 'a;
 
-/// What `filling` makes of samples, in `out` or in a new array of this shape.
+/// The output of `filling` for samples, in `out` or in a new array of this shape.
 fn put_into<'py, T: numpy::Element + Copy + Default + Send>(
     py: Python<'py>,
     mut samples: Samples<'py>,
@@ -505,7 +505,7 @@ fn put_into<'py, T: numpy::Element + Copy + Default + Send>(
     Ok(out.clone())
 }
 
-/// Where the numbers of some rows are.
+/// The range of some rows' numbers.
 pub fn places(rows: Range<usize>, width: usize) -> Range<usize> {
     rows.start * width..rows.end * width
 }
@@ -535,8 +535,8 @@ pub fn arrays_of<'py>(
 }
 
 /// The methods that all streaming classes share. `out` names those that have an output to put
-/// somewhere; `moving` those that may be told that the body moves, after `check_motion`. A class whose
-/// samples are several arguments has its own `update` and `process`.
+/// somewhere; `moving` those that take a flag of the body's motion, after `check_motion`. A class
+/// whose samples are several arguments has its own `update` and `process`.
 macro_rules! streaming {
     ($class:ident, update: $update:literal, process: $process:literal, moving) => {
         streaming!($class);

@@ -14,7 +14,7 @@ use zerorate_core::work::Stop;
 use super::errors::NativeError;
 use super::streaming::AnyBank;
 
-/// How often signals are looked for.
+/// Interval between checks for signals.
 const BETWEEN: Duration = Duration::from_millis(50);
 
 /// Samples whose work takes no longer than a thread to start.
@@ -26,7 +26,7 @@ const PIECE: usize = 1 << 17;
 /// Bytes of a state that are copied in the time of one sample.
 const BYTES_A_SAMPLE: usize = 16;
 
-/// What the work on so many samples returns.
+/// Runs work on so many samples and returns its result.
 ///
 /// It is done on a thread of its own: Python handles signals on the main thread alone, which looks
 /// for them meanwhile.
@@ -41,7 +41,7 @@ pub fn interruptible<R: Send>(
     Ok(found.ok_or(Error::Stopped).map_err(NativeError::from)?)
 }
 
-/// What is done is not part of the type, so that all this is compiled once.
+/// Type-erased work, so that all this is compiled once.
 type Run<'a> = &'a mut (dyn FnMut() + Send);
 
 fn watched(py: Python<'_>, samples: usize, run: Run<'_>) -> PyResult<()> {
@@ -139,7 +139,7 @@ fn each_piece(
     length: usize,
     before: Option<Box<dyn Any + Send>>,
 ) -> PyResult<()> {
-    // No row is a piece too: what is asked of it is refused alike.
+    // No row is a piece too: its requests are refused in the same way.
     for first in (0..rows.max(1)).step_by(length) {
         let piece = first..rows.min(first + length);
         let done =

@@ -46,7 +46,7 @@ pub trait AnyDrift {
     fn power_on(&mut self) -> bool;
     /// Takes a sample, after which the body is known to move, or nothing is known of it.
     fn take(&mut self, z: f64, moving: bool);
-    /// [`take`](Self::take) of each, `moving` empty if nothing is known; notes what is known then.
+    /// [`take`](Self::take) of each, `moving` empty if nothing is known; notes the state then.
     fn follow(&mut self, z: &[f64], moving: &[bool], noted: NotedRow<'_>);
 }
 
@@ -222,8 +222,8 @@ impl dyn DriftBank {
     }
 }
 
-/// What a replay notes of each axis at every sample: the drift's deviation, whether the filter
-/// learned, and whether the sensor was stuck.
+/// Records of a replay for each axis at every sample: the drift's standard deviation, flag of
+/// learning, and flag of a stuck sensor.
 #[derive(Debug)]
 pub struct Noted<'a> {
     pub sigma: Vec<&'a mut [f64]>,
@@ -337,12 +337,12 @@ fn new_sized<const N: usize, const M: usize>(
     channels: usize,
 ) -> PyResult<Box<dyn DriftBank>> {
     if let Some(robust) = options.robust {
-        return alike(RobustFilter::<f64, N, M>::new(options.params, robust), options, channels);
+        return copies(RobustFilter::<f64, N, M>::new(options.params, robust), options, channels);
     }
-    alike(DriftFilter::<f64, N, M>::new(options.params), options, channels)
+    copies(DriftFilter::<f64, N, M>::new(options.params), options, channels)
 }
 
-fn alike<F, const N: usize, const M: usize>(
+fn copies<F, const N: usize, const M: usize>(
     filter: Result<F, Error>,
     options: &Options,
     channels: usize,

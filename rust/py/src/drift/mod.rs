@@ -26,20 +26,20 @@ use crate::common::work::in_pieces;
 
 /// Bias of a gyro, learned and removed sample by sample, for one or more axes.
 ///
-/// Not sure? ``DriftFilter(rate)``: it needs no tuning. It finds rest and motion by itself, learns
-/// the bias at rest, holds it in motion, and returns each sample minus the bias. It removes the
-/// slowly changing bias and does not smooth: the noise of the samples stays.
+/// Not sure? ``DriftFilter(rate)``: it needs no tuning. It detects rest and motion, learns the bias
+/// at rest, holds it in motion, and returns each sample minus the bias. It removes the slowly
+/// changing bias and does not smooth: the noise of the samples stays.
 ///
 /// The other methods are for research. ``"kf"``, ``"akf"`` and ``"fading"`` are those of Fu & Han 2019
-/// (equations 8 to 31), ``"robust"`` is that of Wu & Ran 2021. Unless ``motion="hold"`` they take
-/// every sample for rest: they follow motion, and the compensated rate lacks it. Their
+/// (equations 8 to 31), ``"robust"`` is that of Wu & Ran 2021. Unless ``motion="hold"`` they treat
+/// every sample as rest: they follow motion, and the compensated rate lacks it. Their
 /// ``process_noise`` has to suit the sensor.
 ///
-/// Samples and results are in one unit, whichever it is. In the first second the bias is the mean so
-/// far, so keep the sensor still. Without ``rest_limit`` a motion that lasts from the very start can
-/// be taken for rest, and so for bias; ``status`` is ``"provisional"`` as long as that may be so. A
-/// sample that is not finite (or ``update(None)``) is missing. One filter serves one thread at a
-/// time.
+/// Samples and results are in one unit, whichever it is. In the first second the bias is the mean
+/// to date, so keep the sensor still. Without ``rest_limit`` a motion from the very start can be
+/// mistaken for rest, and its rate for bias; ``status`` is ``"provisional"`` as long as that is
+/// possible. A sample that is not finite (or ``update(None)``) is missing. One filter serves one
+/// thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -51,72 +51,71 @@ use crate::common::work::in_pieces;
 ///     process noise G. ``"robust"`` is ``"akf"`` with zones that leave outliers out.
 /// channels : int, optional
 ///     Number k of axes side by side; None is a single one. With it ``update`` takes k samples, and
-///     what is read has k values.
+///     each property has k values.
 /// output : {"compensated", "estimate"}, default "compensated"
-///     What ``update`` and ``process`` return: the sample minus ``bias``, which has no delay (NaN for
+///     Output of ``update`` and ``process``: the sample minus ``bias``, which has no delay (NaN for
 ///     a missing sample), or the estimate of the bias itself.
 /// motion : {"hold", "ignore"}, optional
-///     ``"hold"`` learns at rest only, as a ``RestDetector`` sees it, and takes back what came just
-///     before a motion was seen (half a second, for ``"auto"`` up to two); ``"ignore"`` takes every
-///     sample for rest. Default: ``"hold"`` for ``"auto"``, ``"ignore"`` for the others.
+///     ``"hold"`` learns at rest only, as detected by a ``RestDetector``, and undoes the learning
+///     of the last half second before a motion (for ``"auto"`` up to two seconds); ``"ignore"``
+///     treats every sample as rest. Default: ``"hold"`` for ``"auto"``, ``"ignore"`` for the
+///     others.
 /// limit : float, optional
 ///     End of the sensor's range, in the samples' unit: a sample of this size or beyond is saturated,
 ///     and missing.
+/// rest_limit : float, optional
+///     Only ``"auto"``: a sensor whose samples scatter by more than this within a quarter second is
+///     not at rest; 10 deg/s, in the samples' unit, suits MEMS gyros. With it a record may begin in
+///     motion; without it a motion from the first sample on can count as rest, and so as bias.
 ///
 /// Other Parameters
 /// ----------------
-/// rest_limit : float, optional
-///     Only ``"auto"``: deviation of the samples within a quarter second above which a sensor of this
-///     kind cannot be at rest, in the samples' unit; the means of six of these spread by three tenths
-///     of it at most. 10 deg/s suits MEMS gyros: motors shake samples, and means hardly. A record may
-///     then begin in motion: nothing is learned, and 0 is the
-///     bias, until the sensor has been still for 2.25 s. Without it the start is taken for rest if it
-///     looks like noise, ``status`` is ``"provisional"`` until something louder or a minute of
-///     stillness has been seen, and ``bias_sigma`` is as large as the samples until then.
 /// bias_limit : float, optional
-///     Only ``"auto"``: level that is never taken for a bias, in the samples' unit; 20 deg/s suits
-///     MEMS gyros. A sensor that turns at one rate looks like one at rest.
+///     Only ``"auto"``: largest level that can be a bias, in the samples' unit; 20 deg/s suits MEMS
+///     gyros. A sensor that turns at a constant rate looks like one at rest.
 /// order : (int, int), default (2, 1), of ``"robust"`` (1, 0)
 ///     All but ``"auto"``: orders p from 1 to 3 and q from 0 to 3 of the ARMA model of the drift;
 ///     (p, 0) is AR(p).
 /// process_noise : float, default 0.1
 ///     All but ``"auto"``: process noise G and covariance P at the start, in variances of the
-///     start-up. Small smooths and is late (1e-6), large follows the signal (1).
+///     start-up. A small value smooths and lags (1e-6), a large one follows the signal (1).
 /// fading : float, default 0.97
-///     Only ``"fading"``: memory b of R in (0, 1]. Small follows changes of the noise quickly, large
-///     averages (Fu & Han: 0.95 to 0.99 for an MTi-100, 0.90 to 0.95 for a 3DM-GX4-25).
+///     Only ``"fading"``: fading factor b of R in (0, 1]. A small one follows changes of the noise
+///     quickly, a large one averages (Fu & Han: 0.95 to 0.99 for an MTi-100, 0.90 to 0.95 for a
+///     3DM-GX4-25).
 /// process_noise_memory : float, default 0.0
-///     Only ``"fading"``: samples that the process noise of the start counts for in addition to those
-///     seen: large keeps it longer.
+///     Only ``"fading"``: weight of the initial process noise, in samples; a large one keeps it
+///     longer.
 /// noise : {"allan", "hadamard"}, default "allan"
-///     All but ``"auto"``: variance that R is taken from; ``"hadamard"`` ignores a constant angular
-///     acceleration.
+///     All but ``"auto"``: variance from which R is computed; ``"hadamard"`` ignores a constant
+///     angular acceleration.
 /// outliers : {"keep", "reject"}, default "keep"
-///     Only ``"kf"``, ``"akf"`` and ``"fading"``: ``"reject"`` keeps from them what ``"auto"`` always
-///     does, samples more than four deviations from the level of the last quarter seconds, unless
-///     there are so many of these, or so many in a row, that the sensor moves.
+///     Only ``"kf"``, ``"akf"`` and ``"fading"``: ``"reject"`` leaves out samples more than four
+///     standard deviations from the level of the last quarter seconds, as ``"auto"`` always does,
+///     unless there are so many of these, or so many in a row, that the sensor moves.
 /// adapt_for : float or None, default 120.0
 ///     All but ``"auto"``: seconds after the start-up during which the model is learned; None is
 ///     always.
 /// forgetting_factor : float, default 1.0
-///     All but ``"auto"``: λ of the model's least squares in (0, 1]. Small forgets old samples
-///     quickly, 1 never forgets.
+///     All but ``"auto"``: λ of the model's least squares in (0, 1]. A small one forgets old
+///     samples quickly, 1 never forgets.
 /// zones : (float, float) or "published", default (4.0, 0.75)
-///     Only ``"robust"``: (kappa, beta). An innovation beyond kappa deviations of the accepted ones
-///     is an outlier, unless so many of one sign follow each other (0.03 s, at least three) that
-///     they are a step; one beyond beta of that is bounded. Large kappa lets outliers through,
-///     small leaves good samples out. ``"published"`` holds a variance against an innovation, as
-///     printed: it depends on the unit of the samples, and nothing ends a row of outliers.
+///     Only ``"robust"``: (kappa, beta). An innovation beyond kappa standard deviations of the
+///     accepted ones is an outlier, unless so many of one sign follow each other (0.03 s, at least
+///     three) that they are a step; one beyond beta times that is bounded. A large kappa accepts
+///     outliers, a small one leaves good samples out. ``"published"`` compares an innovation with a
+///     variance, as printed: this depends on the unit of the samples, and nothing ends a run of
+///     outliers.
 /// damping : float, default 0.0
-///     Only ``"robust"``: the part of the gain, from 0 to 1, that is left to an outlier.
+///     Only ``"robust"``: share of the gain for an outlier, from 0 to 1.
 /// correction : float, default 0.0
-///     Only ``"robust"``: the part, from 0 to 1, of an innovation between the zones that moves the
+///     Only ``"robust"``: share, from 0 to 1, of an innovation between the zones that corrects the
 ///     prediction; 0 bounds such an innovation instead, and is better.
 /// startup : float, default 1.0
-///     All methods, rarely needed: seconds from which offset, scale and first noise are learned (at
-///     least ten samples, and until two samples differ).
+///     All methods, rarely needed: duration in which offset, scale and first noise are learned, s
+///     (at least ten samples, and until two samples differ).
 /// scale : float, optional
-///     All methods, rarely needed: deviation of the noise in the samples' unit where it is known;
+///     All methods, rarely needed: standard deviation of the noise in the samples' unit, if known;
 ///     else it is learned.
 ///
 /// Raises
@@ -342,12 +341,12 @@ impl DriftFilter {
         options::call(slf.py(), &this.options, this.shared.channels, started)
     }
 
-    /// What the filter is doing, with channels a list of k: ``"starting"`` (the bias is the mean so
-    /// far), ``"at rest"`` (it learns), ``"provisional"`` (it learns from what looks like rest but may
+    /// Status of the filter, with channels a list of k: ``"starting"`` (the bias is the mean to
+    /// date), ``"at rest"`` (it learns), ``"provisional"`` (it learns from apparent rest that may
     /// be motion, since nothing louder has been seen yet), ``"in motion"`` (it holds the bias),
     /// ``"no rest yet"`` (the sensor moved before anything was learned; the bias is 0), ``"starting
-    /// anew"`` (the noise learned at the start proved wrong by many orders) or ``"stuck"`` (the
-    /// sensor gives the same sample for longer than chance does; it holds the bias).
+    /// anew"`` (the noise learned at the start was wrong by many orders) or ``"stuck"`` (the sensor
+    /// repeats one sample for longer than chance does; it holds the bias).
     #[getter]
     fn status<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
@@ -364,31 +363,32 @@ getters! { DriftFilter, slf, py, this;
     /// (k,). For ``"auto"`` of noise slower than a quarter second, for the others from R. NaN until
     /// it is known.
     angle_random_walk: Object<'py> = this.each(py, |filter| filter.densities()[0])?;
-    /// How far the bias walks in a root second as learned by ``"auto"``, unit of the samples: float,
-    /// with channels (k,). NaN until it is known, and for the other methods.
+    /// Random walk of the bias in a root second as learned by ``"auto"``, unit of the samples:
+    /// float, with channels (k,). NaN until it is known, and for the other methods.
     rate_random_walk: Object<'py> = this.each(py, |filter| filter.densities()[1])?;
     /// Bias instability B as learned by ``"auto"`` from flicker of the two-sided density B²/(2πf), unit
     /// of the samples: float, with channels (k,). An upper bound where there is no flicker; NaN until
     /// it is known, and for the other methods.
     bias_instability: Object<'py> = this.each(py, |filter| filter.bias_instability())?;
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.filter(0).samples_seen();
-    /// How often a step of the process noise was shortened to keep it positive semidefinite: int,
-    /// with channels (k,).
+    /// Number of steps of the process noise that were shortened to keep it positive semidefinite:
+    /// int, with channels (k,).
     guard_count: Object<'py> = this.each(py, |filter| filter.guard_count())?;
-    /// How often so many outliers of ``"robust"`` followed each other that they were taken for a
-    /// step of the signal: int, with channels (k,).
+    /// Number of runs of outliers of ``"robust"`` so long that they were accepted as a step of the
+    /// signal: int, with channels (k,).
     exit_count: Object<'py> = this.each(py, |filter| filter.exit_count())?;
-    /// How often the scale learned at the start was proved wrong by many orders, upon which noise
-    /// and drift were learned anew: int, with channels (k,).
+    /// Number of restarts after the scale learned at the start was wrong by many orders, upon which
+    /// noise and drift were learned again: int, with channels (k,).
     restart_count: Object<'py> = this.each(py, |filter| filter.restarts())?;
-    /// Samples at or beyond ``limit`` so far: int, with channels (k,).
+    /// Samples at or beyond ``limit`` to date: int, with channels (k,).
     saturated_count: Object<'py> = this.each(py, |filter| filter.tally().saturated)?;
-    /// Samples so far that were left out as outliers, counted a quarter second at a time, by
+    /// Samples to date that were left out as outliers, counted a quarter second at a time, by
     /// ``"robust"`` at once: int, with channels (k,). Zero for a published method that looks for none.
     outlier_count: Object<'py> = this.each(py, |filter| filter.tally().outliers)?;
-    /// Samples so far that a stuck sensor gave, counted a quarter second at a time: int, with channels
-    /// (k,). Zero for a published method that neither rejects outliers nor holds in motion.
+    /// Samples to date that a stuck sensor gave, counted a quarter second at a time: int, with
+    /// channels (k,). Zero for a published method that neither rejects outliers nor holds in
+    /// motion.
     stuck_count: Object<'py> = this.each(py, |filter| filter.tally().stuck)?;
     /// The start-up is over: bool, with channels (k,).
     ready: Object<'py> = this.each(py, |filter| filter.ready())?;
@@ -401,9 +401,9 @@ getters! { DriftFilter, slf, py, this;
     };
     /// ``"kf"``, ``"akf"``, ``"fading"``, ``"robust"`` or ``"auto"``.
     method: &'static str = this.options.method_name();
-    /// What ``DriftFilter.started`` was given, None for a filter that learns it from its start-up.
+    /// Start given to ``DriftFilter.started``, None for a filter that learns it from its start-up.
     start: Option<Bound<'py, PyDict>> = start::write(py, &this.shared)?;
-    /// Every argument that makes such a filter anew: ``DriftFilter(**f.params)``, or
+    /// Every argument that makes such a filter again: ``DriftFilter(**f.params)``, or
     /// ``DriftFilter.started(f.start, **f.params)`` for one that was started.
     params: Bound<'py, PyDict> = options::write(py, &this.options, this.shared.channels)?;
 }
@@ -430,7 +430,7 @@ impl DriftFilter {
         Ok(Self { options: bank.filter(0).options(), shared: Shared::new(channels, bank)? })
     }
 
-    /// What is known of the body's motion at each of so many samples; empty if nothing is.
+    /// The known motion of the body at each of so many samples; empty if it is unknown.
     fn motion(&self, moving: Option<&Bound<'_, PyAny>>, n: usize) -> PyResult<Vec<bool>> {
         let Some(moving) = moving else { return Ok(vec![]) };
         self.check_motion()?;

@@ -36,7 +36,7 @@ pub fn read(rate: f64, given: Option<&Bound<'_, PyDict>>) -> PyResult<(Options, 
     Ok((options, channels))
 }
 
-/// Refuses a limit of rest where every sample is taken for rest.
+/// Refuses a limit of rest where every sample counts as rest.
 fn check_limits(options: &Options) -> PyResult<()> {
     let limits = [("rest_limit", options.limits.rest), ("bias_limit", options.limits.bias)];
     match limits.iter().find(|(_, limit)| limit.is_some()) {
@@ -124,7 +124,7 @@ where
     })
 }
 
-/// Every argument that makes such a filter anew.
+/// Every argument that makes such a filter again.
 pub fn write<'py>(
     py: Python<'py>,
     options: &Options,
@@ -140,7 +140,7 @@ pub fn write<'py>(
     Ok(arguments)
 }
 
-/// The call that makes such a filter anew: the rate, and what differs from the method's default.
+/// The call that makes such a filter again: the rate, and what differs from the method's default.
 pub fn call(
     py: Python<'_>,
     options: &Options,

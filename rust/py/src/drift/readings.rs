@@ -31,8 +31,9 @@ readings! { DriftFilter;
     /// Variance that the filter expected of the innovation, samples' unit squared: float, with
     /// channels (k,).
     innovation_variance;
-    /// What the compensated rate is free of, in the samples' unit: float, with channels (k,). Learned
-    /// at rest and held in motion; in the first second the mean so far, 0 before the first sample.
+    /// Bias that the compensated rate is free of, in the samples' unit: float, with channels (k,).
+    /// Learned at rest and held in motion; in the first second the mean to date, 0 before the first
+    /// sample.
     bias;
     /// Standard deviation in the samples' unit: float, with channels (k,). Of ``"auto"`` that of the
     /// mean bias over the next 10 s about ``bias`` (``bias_sigma_over`` gives other spans), renewed
@@ -40,7 +41,7 @@ readings! { DriftFilter;
     /// that of the bias as their model has it. 0 before the first sample, when nothing is known.
     bias_sigma;
     /// The filter learns, since the sensor is not seen to move: bool, with channels (k,). True from
-    /// the first sample on unless ``rest_limit`` is given, since the start is taken for rest until
+    /// the first sample on unless ``rest_limit`` is given, since the start counts as rest until
     /// motion is seen (``status`` tells), and always with ``motion="ignore"``.
     at_rest;
     /// The last sample was at or beyond ``limit``: bool, with channels (k,).

@@ -11,34 +11,36 @@ use crate::common::errors::{NativeError, about};
 use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming, text};
 
-/// Where a sensor on a foot is, while its samples arrive: no receiver, but now and then it stands.
+/// Position of a sensor on a foot, while its samples arrive: no receiver, but now and then it
+/// stands.
 ///
 /// The live form of `FootNavigation`: the same filter, stances as valleys of the same speed bound, seen
-/// from the 1.5 s before, and the rates that it learns from rests. What is told is that of the sample
-/// ``delay`` seconds ago, about 0.05 s, for the bound needs samples on both sides, or 0.1 s with a range. The frame is that of
-/// the start: x ahead, where the sensor's first axis looks, level, y to the left, z up; begun at rest
-/// it begins anew with each better rest, in motion with each lower bound of the first second.
+/// from the 1.5 s before, and the rates that it learns from rests. The outputs are those of the
+/// sample ``delay`` seconds ago, about 0.05 s, or 0.1 s with a range, since the bound needs samples
+/// on both sides. The frame is that of the start: x level along the sensor's first axis, y to the
+/// left, z up. A start at rest is repeated with each better rest, a start in motion with each lower
+/// bound of the first second.
 ///
-/// A sample that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the one before for a tenth of
-/// a second, then the deviations grow. Where some are lost give NaN in their place, for time is counted
-/// in samples. One object serves one thread at a time.
+/// A sample that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the last one replaces it
+/// for a tenth of a second, then the standard deviations grow. Give NaN for lost samples, since
+/// time is counted in samples. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
 ///     Samples a second, 48 to 1200.
 /// floor : {None, "level"}
-///     "level": a stance within 0.1 m of the height before is as high as that.
+///     "level": a stance within 0.1 m of the last height has that height.
 /// gyro_range : float, optional
-///     What the gyro can tell at most, rad/s, as its data sheet says: faster rates are restored from
-///     their flanks as far as these are seen within ``delay``, and believed less.
+///     Range of the gyro by its data sheet, rad/s: faster rates are restored from their flanks, as
+///     far as these arrive within ``delay``, and trusted less.
 /// channels : int, optional
 ///     Feet side by side; ``None`` is a single one.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     A parameter is out of its range.
+///     A parameter is out of range.
 ///
 /// Examples
 /// --------
@@ -102,8 +104,8 @@ impl FootFilter {
         this.shared.update_row(slf.py(), &row)
     }
 
-    /// What ``update`` returns for each sample of a batch: (n, 3) and (n, 3) to (n, 3), with channels
-    /// (n, k, 3) and (n, k, 3) to (n, k, 3). The interpreter lock is released.
+    /// Update with each sample of a batch: (n, 3) and (n, 3) to (n, 3), with channels (n, k, 3) and
+    /// (n, k, 3) to (n, k, 3). The interpreter lock is released.
     #[pyo3(signature = (gyro, accel, out=None, threads=None))]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -156,7 +158,7 @@ impl FootFilter {
 }
 
 getters! { FootFilter, slf, py, this;
-    /// Where it is, m: ahead, left and up of the start; NaN where that is not known: (3,).
+    /// Position, m: ahead, left and up of the start; NaN where it is not known: (3,).
     position: Object<'py> = this.vectors(py, Core::position)?;
     /// m/s: (3,).
     velocity: Object<'py> = this.vectors(py, Core::velocity)?;
@@ -169,22 +171,23 @@ getters! { FootFilter, slf, py, this;
     /// Standard deviations of position, velocity, orientation and biases, as of `FootTrack`; NaN where
     /// nothing is known: (15,).
     sigma: Object<'py> = this.vectors(py, Core::sigma)?;
-    /// Whether the foot stands, as of the last step of the covariance, 0.02 s apart: bool.
+    /// True if the foot stands, as of the last step of the covariance, 0.02 s apart: bool.
     standing: Object<'py> = this.shared.each(py, Core::is_standing)?;
-    /// Whether it has stood still for half a second, from which the gyro's bias is learned: bool.
+    /// True if it has stood still for half a second, from which the gyro's bias is learned: bool.
     at_rest: Object<'py> = this.shared.each(py, Core::is_at_rest)?;
     /// The speed bound of which stances are the valleys, m/s; NaN before it is known.
     bound: Object<'py> = this.shared.each(py, Core::bound)?;
-    /// Stances so far.
+    /// Stances to date.
     stance_count: Object<'py> = this.shared.each(py, Core::stances)?;
-    /// The largest rate about an axis so far, rad/s. While it is below 1.75, 100 deg/s, this is no foot
-    /// that walks: a machine that drives smoothly counts as standing, and its way is not found.
+    /// The largest rate about an axis to date, rad/s. While it is below 1.75, 100 deg/s, this is no
+    /// foot that walks: a machine that drives smoothly counts as standing, and its way is not
+    /// found.
     fastest: Object<'py> = this.shared.each(py, Core::fastest)?;
     /// Moments of stances that the filter did not believe since it began.
     rejection_count: Object<'py> = this.shared.each(py, Core::rejections)?;
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
-    /// Seconds by which what is told is behind the last sample.
+    /// Delay of the outputs behind the last sample, s.
     delay: f64 = this.first().delay();
     /// Samples a second.
     rate: f64 = this.first().params().rate;

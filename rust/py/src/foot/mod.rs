@@ -69,7 +69,7 @@ fn limits(sides: &[Clipped]) -> Vec<Limit> {
     sides.iter().map(|one| (one.axis, one.sign, one.limit, one.samples)).collect()
 }
 
-/// Where a sensor on a foot was.
+/// Return the track of a sensor on a foot.
 ///
 /// Parameters
 /// ----------
@@ -87,7 +87,7 @@ fn limits(sides: &[Clipped]) -> Vec<Limit> {
 /// Returns
 /// -------
 /// tuple
-///     By name what is known after each sample, metres ahead, right and down of the start; ``bound``,
+///     By name the state after each sample, metres ahead, right and down of the start; ``bound``,
 ///     m/s, (n,); ``stances``, (s, 3), first, past the last and lowest sample; ``rests``, (r, 2);
 ///     ``rest_rates``, (r, 4), rate and its deviation, rad/s; ``clipped`` as of ``restore_clipped_rates``;
 ///     ``rejections``. And the record, or None.

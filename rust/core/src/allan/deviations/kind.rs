@@ -54,7 +54,7 @@ impl Kind {
         Self::NAMES.iter().find(|(_, known)| *known == name).map(|(kind, _)| *kind)
     }
 
-    /// Whether it takes third differences, which a ramp of the rate leaves alone.
+    /// True if it takes third differences, which a ramp of the rate leaves alone.
     pub fn is_hadamard(self) -> bool {
         matches!(self, Self::Hdev | Self::Ohdev | Self::Htotdev)
     }

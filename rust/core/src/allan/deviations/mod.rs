@@ -22,13 +22,13 @@ pub struct Estimate {
     pub terms: usize,
 }
 
-/// What is known of one record at each averaging factor.
+/// Variances of one record at each averaging factor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
     /// `None` where there is no term.
     pub estimates: Vec<Option<Estimate>>,
     /// α of the rate's power spectral density ~ f^α, from 2 (white phase) to -4; where it cannot be
-    /// told, that of the factor before, at first 0 (white rate).
+    /// identified, that of the factor before, at first 0 (white rate).
     pub exponents: Vec<i32>,
 }
 

@@ -29,7 +29,7 @@ pub fn exponent(record: &Record, m: usize, lowest: i32) -> Option<i32> {
         true => from_variances(&averages, lowest)?,
         false => from_correlation(averages, m, lowest)?,
     };
-    // Both phase noises look alike to averages of two or three samples.
+    // Averages of two or three samples cannot distinguish the phase noises.
     Some(if alpha >= 1 && m > 3 { phase_noise(x, m) } else { alpha })
 }
 

@@ -91,8 +91,8 @@ impl Window<'_> {
         squares
     }
 
-    /// Terms after which the sum is made anew: rounding errors gather on the way, and a new sum
-    /// costs m additions.
+    /// Terms after which the sum is computed again: rounding errors gather on the way, and a new
+    /// sum costs m additions.
     fn renewal(&self) -> usize {
         (16 * self.m).max(1 << 16).next_multiple_of(BLOCK)
     }
@@ -118,7 +118,7 @@ fn parabolic_at(record: &Record, m: usize) -> f64 {
     if m == 1 {
         return differences::overlapping::<3>(record, &[1])[0];
     }
-    // Two sliding sums gather rounding errors faster than one: they are made anew often.
+    // Two sliding sums gather rounding errors faster than one: they are computed again often.
     let renewal = (4 * m).max(256);
     let mut sum = 0.0;
     for x in record.segments() {

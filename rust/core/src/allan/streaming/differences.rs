@@ -92,7 +92,7 @@ impl Differences {
         }
     }
 
-    /// Whether this could be after `samples`.
+    /// True if this could be after `samples`.
     pub(super) fn is_possible(&self, samples: u64) -> bool {
         self.second.len() == self.third.len()
             && self.second.iter().chain(&self.third).all(|squares| {
@@ -117,7 +117,7 @@ impl Squares {
     }
 }
 
-/// How many octaves have an averaging time of at most `m` samples.
+/// The number of octaves with an averaging time of at most `m` samples.
 fn octaves_within(m: u64) -> usize {
     m.checked_ilog2().map_or(0, |octave| octave as usize + 1)
 }

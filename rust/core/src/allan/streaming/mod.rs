@@ -108,7 +108,7 @@ impl StreamingAllan {
         self.differences.octaves()
     }
 
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.samples_seen
     }

@@ -11,8 +11,7 @@ use crate::stream::checkpoint::decode;
 /// Phases that are worked on side by side.
 pub(super) const BLOCK: usize = 32;
 
-/// Where the first of these begins: from here on an octave has a term at all of a block's phases or
-/// at none.
+/// The start of the first block of which an octave has a term at all phases or at none.
 pub(super) const FIRST_BLOCK: u64 = 3 * BLOCK as u64;
 
 /// Largest distance from the first sample: whatever 2²⁵ of them add up to, its square is finite.
@@ -36,7 +35,7 @@ impl Phases {
             .with_reserve()
     }
 
-    /// Reads what postcard wrote off the start of `bytes`; memory follows what is there to be read.
+    /// Reads a value from the start of `bytes`; memory grows with the bytes that are there.
     pub(super) fn take(bytes: &[u8]) -> Result<(Self, &[u8]), Error> {
         let ((origin, count, length), mut bytes) = decode::<(f64, u64, usize)>(bytes)?;
         let mut ring = memory::room(length.min(bytes.len() / size_of::<f64>()))?;
@@ -63,7 +62,7 @@ impl Phases {
         Ok(self)
     }
 
-    /// Whether [`new`](Self::new) for this distance could have come to this state.
+    /// True if [`new`](Self::new) for this distance could have come to this state.
     pub(super) fn is_valid(&self, distance: usize) -> bool {
         let most = self.count as f64 * MAX_DISTANCE;
         self.capacity == capacity(distance)
@@ -78,7 +77,7 @@ impl Phases {
         self.capacity * size_of::<f64>()
     }
 
-    /// How many there are, `x_0` included; the samples of the piece are one fewer.
+    /// The number of values, `x_0` included; the samples of the piece are one fewer.
     pub(super) fn count(&self) -> u64 {
         self.count
     }

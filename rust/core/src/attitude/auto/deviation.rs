@@ -20,7 +20,7 @@ const MAX_DIP_TANGENT: f64 = 10.0;
 /// Variance of a tilt of which nothing is known, rad²: it cannot be further off than half a turn.
 const MAX_TILT_VARIANCE_RAD2: f64 = core::f64::consts::PI * core::f64::consts::PI;
 
-/// What is seen of the field when it corrects the heading.
+/// Correction of the heading by the field.
 #[derive(Debug, Clone, Copy)]
 pub struct Correction {
     pub gain: f64,
@@ -39,7 +39,7 @@ pub struct Correction {
     pub span: f64,
 }
 
-/// What the variance of the heading is made of.
+/// Parts of the heading's variance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Deviation {
     /// The share of white noise of the field in the filter's variance, and what is left of it that
@@ -53,7 +53,7 @@ pub struct Deviation {
     /// Mean innovation over a place, rad, and its mean square over places.
     mean: f64,
     field_variance: f64,
-    /// What a field of the sensor's axes does to the heading, 1 over the field's unit.
+    /// Derivative of the heading by a field in the sensor's axes, 1 over the field's unit.
     shares: Vector3<f64>,
 }
 

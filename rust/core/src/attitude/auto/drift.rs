@@ -32,8 +32,8 @@ const FIELD_SPREAD_S: f64 = 60.0;
 const TURN_RATE_RAD_S: f64 = 20.0 * DEGREE;
 const INITIAL_FIELD_SIGMA_RAD: f64 = 3.0 * DEGREE;
 
-/// How much the field differs from place to place: the iron of a room or of the body shows in its
-/// level and vertical part before it shows in its direction.
+/// Spread of the field from place to place: the iron of a room or of the body shows in its level
+/// and vertical part before it shows in its direction.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FieldSpread {
     level: f64,
@@ -77,13 +77,14 @@ impl FieldSpread {
     }
 }
 
-/// Whether the heading drifts, and how its error depends on that of the drift.
+/// Drift of the heading, and the dependence of its error on the drift's error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct HeadingDrift {
     active: bool,
     /// Covariance of the heading with the drift, rad²/s: not positive.
     with_heading: f64,
-    /// What of the innovation a drift can have made, its mean, rad, and seconds since a drift began.
+    /// The part of the innovation that a drift can explain, its mean, rad, and seconds since a
+    /// drift began.
     lag: f64,
     mean: f64,
     since: f64,
@@ -158,7 +159,7 @@ impl HeadingDrift {
         Some(found)
     }
 
-    /// Whether innovations lie on one side, further than anything but a drift would bring them, and
+    /// True if innovations lie on one side, further than anything but a drift would bring them, and
     /// field and iron leave one that way.
     fn is_one_sided(&self, heading: f64, rate: f64) -> bool {
         let usual = heading
@@ -179,12 +180,12 @@ impl HeadingDrift {
         self.with_heading *= by.min(1.0);
     }
 
-    /// Whether the heading is turned back.
+    /// True if the heading is turned back.
     pub fn is_active(&self) -> bool {
         self.active
     }
 
-    /// How the drift walks.
+    /// The random walk of the drift.
     pub fn walk(&self) -> f64 {
         if self.active { DRIFT_WALK } else { FRAME_DRIFT_WALK }
     }
@@ -222,7 +223,7 @@ mod tests {
     const TICK: f64 = 0.1;
     const LAG: f64 = 20.0 * DEGREE;
 
-    /// Whether a lag that stays is a drift, of a heading that is sure, after half a minute in which
+    /// True if a lag that stays is a drift, of a heading that is sure, after half a minute in which
     /// field and iron leave this for one, rad/s.
     fn drifts(lag: f64, believed: bool, rate: f64, sigma: f64) -> bool {
         let (mut drift, by) = (HeadingDrift::default(), Turning { rate, variance: square(sigma) });

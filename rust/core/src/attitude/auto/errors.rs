@@ -18,7 +18,7 @@ pub const VELOCITY: usize = 14;
 /// Bias and matrix.
 const GYRO_STATES: usize = 12;
 
-/// How errors of bias and matrix turn the orientation about one axis within a tick.
+/// Derivative of the rotation about one axis within a tick by the errors of bias and matrix.
 pub type Drivers = SVector<f64, GYRO_STATES>;
 pub type States = SVector<f64, STATES>;
 
@@ -41,7 +41,7 @@ const MAX_TILT: f64 = 0.5;
 const MAX_HEADING: f64 = 10.0;
 const MAX_VELOCITY: f64 = 1e2;
 
-/// What a tick does to errors, and the noise that it adds to each.
+/// Transition of errors over a tick, and the noise that it adds to each.
 #[derive(Debug, Clone, Copy)]
 pub struct Transition {
     /// About east, north and up.
@@ -385,7 +385,7 @@ impl Errors {
 }
 
 impl Errors {
-    /// Whether this is a covariance.
+    /// True if this is a covariance.
     pub fn is_valid(&self) -> bool {
         let all = Symmetric::<f64, { STATES + 1 }>::from_upper(|i, j| match (i, j) {
             (0..STATES, 0..STATES) => self.covariance[(i, j)],
@@ -395,7 +395,7 @@ impl Errors {
         self.covariance == self.covariance.transpose() && all.is_covariance(1e3)
     }
 
-    /// Takes over what is known of the matrix alone.
+    /// Takes over the estimate of the matrix alone.
     pub fn keep_matrix(&mut self, other: &Self) {
         for i in MATRIX..VELOCITY {
             for j in MATRIX..VELOCITY {
@@ -501,7 +501,7 @@ mod tests {
         rest * p * rest.transpose() + gain * gain.transpose() * noise
     }
 
-    /// Where elements are sums of others of very different size, to what those may have lost.
+    /// Compares with a tolerance for elements that are sums of terms of very different size.
     fn assert_equal(got: &Errors, expected: &All) -> Result<(), TestCaseError> {
         let got = whole(got);
         for i in 0..ALL {

@@ -1,4 +1,4 @@
-//! The filter as a method of estimating an attitude: its steps, what it knows, how it starts anew.
+//! The filter as a method of estimating an attitude: its steps, its estimates, its restart.
 
 use super::errors::{BIAS, MATRIX, VELOCITY};
 use super::heading::MAX_FIELD_AGE_S;
@@ -48,7 +48,7 @@ impl Auto {
         Some(self.tick())
     }
 
-    /// What was done at the last sample, and what is the case since the last tick.
+    /// Events at the last sample, and conditions since the last tick.
     pub(super) fn all_events(&self) -> Events {
         self.events
             .with(Events::FIELD_HELD, self.held.is_held())

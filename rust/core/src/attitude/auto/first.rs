@@ -18,8 +18,7 @@ const ANGLE_SIGMAS: f64 = 2.5;
 /// No angle is further off, rad.
 const MAX_ANGLE_RAD: f64 = 10.0;
 
-/// What the first level has turned the heading by if it was none of a rest, rad, and for how many
-/// seconds the body has moved.
+/// Heading change by the first level if that was no rest, rad, and seconds of motion.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct FirstRest {
     turned: f64,

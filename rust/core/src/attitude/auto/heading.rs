@@ -11,7 +11,7 @@ use crate::attitude::{events::Events, frame};
 
 /// Seconds of rest after which the bias is known.
 const BIAS_REST_S: f64 = 2.0;
-/// How much less a field that is not used says of iron.
+/// Factor of the noise of a field that is not used, as evidence of iron.
 const UNUSED_NOISE_FACTOR: f64 = 16.0;
 /// Direction of the magnetic field, rad √s, and how it changes on the way, rad/√s.
 const FIELD_NOISE: f64 = 25.0 * DEGREE;
@@ -91,7 +91,7 @@ impl Auto {
         &self.strapdown.rotation
     }
 
-    /// What was learned of the field's shape is not that of the fields to come.
+    /// Forgets the shape of the field, which the fields to come do not have.
     pub fn forget_field(&mut self) {
         self.magnet = Magnet::default();
         self.drift.end();
@@ -132,7 +132,7 @@ impl Auto {
         self.iron.rest(self.errors.bias_along(&self.up()));
     }
 
-    /// Whether the field keeps the heading on one side, in motion.
+    /// True if the field keeps the heading on one side, in motion.
     fn test_drift(&mut self, innovation: f64, span: f64) {
         if self.at_rest || !self.start.over {
             return;

@@ -1,5 +1,5 @@
-//! What turns with the gyro's frame, and what with the body, as the samples of a field say it: the
-//! earth's field, iron on the body, and by how much the frame drifts about the vertical.
+//! The part of a field that turns with the gyro's frame, and the part that turns with the body: the
+//! earth's field, iron on the body, and the drift of the frame about the vertical.
 //!
 //! A wrong heading alone tells neither iron from a drift. But what iron does depends on where the body
 //! points, and what a drift does on the time: so both are estimated at once, each with what the other
@@ -127,7 +127,7 @@ impl Iron {
         self.state = self.state.zip_map(&limits, |x, most| x.clamp(-most, most));
     }
 
-    /// What differs for too long is the field now: of what it is made, is to be learned again.
+    /// Learns the field again if it has not fitted for too long.
     fn test_fit(&mut self, fits: bool, span: f64) {
         self.apart = if fits { 0.0 } else { self.apart + span };
         if self.apart >= MIN_CHANGE_S {
@@ -213,7 +213,7 @@ impl Iron {
         true
     }
 
-    /// How the frame drifts.
+    /// The drift of the frame.
     pub fn turning(&self) -> Turning {
         Turning { rate: self.state[DRIFT], variance: self.covariance[(DRIFT, DRIFT)].max(0.0) }
     }
@@ -259,8 +259,8 @@ impl Iron {
         self.state[DRIFT] = (self.state[DRIFT] - rate).clamp(-BIAS_LIMIT, BIAS_LIMIT);
     }
 
-    /// What iron makes of a heading that has followed the field by these shares of its axes, and the
-    /// variance of that.
+    /// The heading error by iron, for a heading that has followed the field by these shares of its
+    /// axes, and its variance.
     pub fn of_heading(&self, shares: &Vector3<f64>) -> (f64, f64) {
         let shares = shares * self.strength;
         let iron = self.state.fixed_rows::<3>(IRON);

@@ -20,7 +20,7 @@ const MIN_REST_GAP_S: f64 = 1.0;
 /// No angle is further off, rad.
 const MAX_ANGLE_RAD: f64 = 10.0;
 
-/// How far the body may have turned since the last rate.
+/// Bound of the body's rotation since the last rate.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Lost {
     /// The angle, rad, and what its square has grown by in the tick.

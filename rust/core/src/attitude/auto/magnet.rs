@@ -1,11 +1,11 @@
-//! Whether the magnetic field is the one known: by its strength and its dip, as in the filter VQF
-//! (D. Laidig, T. Seel, *Information Fusion* 91, 2023).
+//! Detection of magnetic disturbance: by the strength and the dip of the field, as in the filter
+//! VQF (D. Laidig, T. Seel, *Information Fusion* 91, 2023).
 
 use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// How far the strength of the field, as a share of it, and the dip may lie from those known: the
-/// cosine of ten degrees.
+/// Largest change of the field's strength, as a share of it, and of its dip: the cosine of ten
+/// degrees.
 const MAX_STRENGTH_CHANGE: f64 = 0.1;
 const MIN_DIP_COSINE: f64 = 0.984_807_753_012_208;
 /// Seconds over which the field known follows.
@@ -31,8 +31,8 @@ const MAX_STRENGTH_RATIO: f64 = 2.0;
 const MIN_AGREEING_SAMPLES: u8 = 3;
 const MIN_FIRST_AGREEING_SAMPLES: u8 = 2;
 
-/// Which samples of the field are none of a field: spikes, far stronger or weaker than those before.
-/// A magnet comes nearer from sample to sample, or stays.
+/// Spikes among samples of the field, far stronger or weaker than those before. A magnet comes
+/// nearer from sample to sample, or stays.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spikes {
     /// Square of the strength of the last sample that was none; zero before the first.
@@ -117,12 +117,12 @@ impl Held {
         news
     }
 
-    /// Whether the last tick's field was no news.
+    /// True if the last tick's field was no news.
     pub fn is_held(&self) -> bool {
         self.seconds > 0.0
     }
 
-    /// Whether the magnetometer is stuck.
+    /// True if the magnetometer is stuck.
     pub fn is_stuck(&self) -> bool {
         self.seconds >= STUCK_S * (1.0 - 1e-9)
     }
@@ -134,7 +134,7 @@ impl Held {
     }
 }
 
-/// Whether one strength is that of another, by their squares.
+/// True if one strength is that of another, by their squares.
 #[inline(always)]
 fn is_near(one: f64, other: f64) -> bool {
     one <= MAX_STRENGTH_RATIO * MAX_STRENGTH_RATIO * other
@@ -205,17 +205,17 @@ impl Default for Magnet {
 }
 
 impl Magnet {
-    /// Whether a field is known, and the present one is not it.
+    /// True if a field is known, and the present one is not it.
     pub fn is_disturbed(&self) -> bool {
         self.known.is_some() && !self.trusted
     }
 
-    /// Whether the last field was not used, for it is not the one known.
+    /// True if the last field was not used, for it is not the one known.
     pub fn is_ignored(&self) -> bool {
         !self.trusted && self.rejected < MAX_REJECTION_S
     }
 
-    /// Whether its direction says something of a heading that drifts: it is the one known, or there
+    /// True if its direction says something of a heading that drifts: it is the one known, or there
     /// never was one and it has stayed the same.
     pub fn is_believed(&self) -> bool {
         self.trusted || self.known.is_none() && self.stayed >= MIN_UNCHANGED_S
@@ -289,7 +289,7 @@ mod tests {
         Vector3::new(0.0, 20.0, -40.0)
     }
 
-    /// What it says of a field for so many seconds, at the last.
+    /// The event of a field that lasts for so many seconds, at the end.
     fn seen(magnet: &mut Magnet, field: Vector3<f64>, seconds: f64, rate: f64) -> Option<f64> {
         let ticks = (seconds / TICK).round() as usize;
         (0..ticks).map(|_| magnet.observe(&field, TICK, rate)).last().expect("some ticks")

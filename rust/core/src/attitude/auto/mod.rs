@@ -67,7 +67,7 @@ const MAX_FOLLOWED_BIAS_RAD_S: f64 = 0.5 * DEGREE;
 const BIAS_SIGMA: f64 = DEGREE;
 /// Largest bias of a gyro, rad/s, unless a person says otherwise.
 const BIAS_LIMIT: f64 = 10.0 * DEGREE;
-/// What a wrong tilt says of the bias, rad/s: more finds one that has jumped sooner, and takes a car's
+/// Bias error that a wrong tilt suggests, rad/s: more finds a jump sooner, and mistakes a car's
 /// long accelerations for one.
 const RECOVERY_BIAS_SIGMA_RAD_S: f64 = 0.15 * DEGREE;
 /// Rate about level axes of a body that leans as much as gravity needs to show all of the bias, rad/s.
@@ -103,7 +103,7 @@ const MAX_BIAS_TIME_S: f64 = 1e9;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Auto {
     options: AutoOptions,
-    /// Whether bias and matrix are not learned: the rates are without them.
+    /// True if bias and matrix are not learned: the rates are without them.
     knowing: bool,
     strapdown: Strapdown,
     sums: Sums,
@@ -131,18 +131,18 @@ pub struct Auto {
     lost: Lost,
     first: FirstRest,
     unit: UnitWatch,
-    /// How the heading depends on the bias, s: what it turned by for each rad/s since power-on.
+    /// Derivative of the heading by the bias, s: its rotation per rad/s since power-on.
     by_bias: Vector3<f64>,
     /// Seconds since the field was last used.
     field_age: f64,
     /// Mean strength of the force in rests, and how many ticks it is of.
     gravity: [f64; 2],
     at_rest: bool,
-    /// Whether it rests or turns steadily, of which nobody can tell.
+    /// True if it rests or turns steadily, of which nobody can tell.
     unclear: bool,
     /// Mean square of the rate in the last tick, (rad/s)².
     speed_squared: f64,
-    /// What was done at the last sample: no state, the next one forgets it.
+    /// Events at the last sample: no state, the next one forgets them.
     #[serde(skip)]
     events: Events,
 }
@@ -156,14 +156,14 @@ struct Hidden {
     heading: f64,
 }
 
-/// What a tick was.
+/// Result of a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Ticked {
     /// Its seconds.
     pub seconds: f64,
-    /// Whether its field was that of a magnetometer that is held while the body turns.
+    /// True if its field was that of a magnetometer that is held while the body turns.
     pub held: bool,
-    /// What its field did to the heading, if that was used.
+    /// Correction of the heading by the tick's field, if that was used.
     pub heading_correction: Option<HeadingCorrection>,
 }
 
@@ -230,7 +230,7 @@ impl Auto {
         Self { knowing: true, options: usual, ..Self::with(sure) }
     }
 
-    /// What was chosen.
+    /// The options.
     pub fn options(&self) -> &AutoOptions {
         &self.options
     }
@@ -294,7 +294,7 @@ impl Auto {
         self.unit.observe(&rate, &force, direction.as_ref(), sums.elapsed);
     }
 
-    /// Whether a tick has a field, and not that of a magnetometer that is held while the body turns.
+    /// True if a tick has a field, and not that of a magnetometer that is held while the body turns.
     #[inline(always)]
     fn has_news(&mut self, sums: &Sums) -> bool {
         if !self.options.mag || sums.fields == 0.0 {
@@ -363,7 +363,7 @@ impl Auto {
         }
     }
 
-    /// Returns how much longer corrections of the tilt keep pointing one way than is expected.
+    /// Returns the persistence of tilt corrections in one direction, relative to its expectation.
     #[inline(always)]
     fn correct_velocity(&mut self, sums: &Sums, found: &mut Found) -> Option<f64> {
         let (span, velocity) = (sums.elapsed, self.velocity);
@@ -389,7 +389,7 @@ impl Auto {
         Some(self.scale_noise.observe(&tilt, expected, self.speed_squared, span))
     }
 
-    /// What of the bias, as long as no rest has shown it, gravity does not show either: that along the
+    /// The part of the bias that gravity does not show while no rest has shown it: that along the
     /// vertical of a body that does not lean.
     #[inline(always)]
     fn hidden(&self, sums: &Sums) -> Option<Hidden> {

@@ -1,20 +1,20 @@
-//! What a person may say of the sensor.
+//! Options for the sensor.
 
 use serde::{Deserialize, Serialize};
 
 use super::{BIAS_LIMIT, BIAS_SIGMA, MATRIX_SIGMAS, MAX_BIAS, MAX_MATRIX};
 use crate::error::{Error, require};
 
-/// What a person may say of the sensor.
+/// Options for the sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AutoOptions {
-    /// Whether there is a magnetometer; without one the heading at the start is chosen.
+    /// True if there is a magnetometer; without one the heading at the start is chosen.
     pub mag: bool,
     /// The gyro's output without rotation, rad/s.
     pub bias: [f64; 3],
     /// Its standard deviation.
     pub bias_sigma: [f64; 3],
-    /// Largest bias that such a gyro has, rad/s: a rate beyond is never taken for rest.
+    /// Largest bias that such a gyro has, rad/s: a rate beyond it never counts as rest.
     pub bias_limit: f64,
     /// M in `rate = M (gyro - bias)`, its rows.
     pub matrix: [[f64; 3]; 3],

@@ -41,7 +41,7 @@ const VELOCITY_VARIANCE_FACTOR: f64 = 10.0;
 const MAX_STUCK_CHANGE_M_S2: f64 = 1e-9;
 const MIN_TURN_RATE_SQUARED: f64 = 0.01;
 
-/// What a mean force says of the tilt.
+/// Verdict of a mean force on the tilt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Wrong {
     /// Variance of the tilt about each level axis, rad².
@@ -93,7 +93,7 @@ impl Recovery {
         self.pushed = if surely { self.pushed + span } else { 0.0 };
     }
 
-    /// Whether the body surely speeds up: it does not rest.
+    /// True if the body surely speeds up: it does not rest.
     pub fn is_strong(&self) -> bool {
         self.pushed > 0.0
     }
@@ -108,14 +108,14 @@ impl Recovery {
         self.mean.x * self.mean.x + self.mean.y * self.mean.y
     }
 
-    /// Whether so large a share of the level part adds to gravity. What points down has fallen.
+    /// True if so large a share of the level part adds to gravity. What points down has fallen.
     fn is_pushed(&self, gravity: f64, share: f64) -> bool {
         let more = self.mean.norm_squared() - gravity * gravity;
         self.mean.z > 0.0 && more > share * self.level_squared()
     }
 
-    /// What is wrong, if corrections persist in these times of what is expected, the tilt has this
-    /// variance and gravity this strength; in a rest only a fall is seen.
+    /// The fault of the tilt, if corrections persist for these multiples of their expectation, the
+    /// tilt has this variance and gravity this strength; in a rest only a fall is seen.
     pub fn test(&mut self, persistence: Option<f64>, variance: f64, gravity: f64) -> Option<Wrong> {
         if self.is_pushed(gravity, MIN_PUSH_SHARE) {
             return None;

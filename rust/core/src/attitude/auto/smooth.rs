@@ -55,14 +55,14 @@ struct Gyro {
     sigma: Matrix3<f64>,
 }
 
-/// What a pass over rates without bias knows after a sample, in the frame east, north, up.
+/// State of a pass over rates without bias after a sample, in the frame east, north, up.
 #[derive(Debug, Clone, Copy)]
 struct Known {
     orientation: Quaternion<f64>,
     /// The filter's variances of both tilts together, and of the heading.
     tilt: f64,
     heading: f64,
-    /// What is reported of them.
+    /// Reported standard deviations.
     tilt_sigma: f64,
     heading_sigma: f64,
     gravity: f64,
@@ -71,7 +71,7 @@ struct Known {
     started: bool,
 }
 
-/// What a pass over the rates as they are finds of a sample.
+/// Result of a pass over uncorrected rates for a sample.
 #[derive(Debug, Clone, Copy)]
 struct First {
     bias: Bias,
@@ -87,7 +87,7 @@ impl First {
     }
 }
 
-/// What a pass has found of each sample, in the order in which it came to them, and of the gyro.
+/// Results of a pass for each sample, in the order of the pass, and for the gyro.
 #[derive(Debug)]
 struct Passed<T> {
     found: Vec<T>,
@@ -100,12 +100,12 @@ struct Record {
     params: AttitudeParams,
     samples: Vec<Sample>,
     biases: Vec<Bias>,
-    /// What befell each sample, and what the filter did at it.
+    /// Events of each sample.
     events: Vec<Events>,
     gyro: Gyro,
 }
 
-/// What is known of each sample of a record by all of it, one after the other.
+/// Smoothed samples of a record, one after the other.
 #[derive(Debug)]
 pub struct Smoothed {
     record: Record,
@@ -118,7 +118,7 @@ pub struct Smoothed {
 }
 
 impl<E: Around> Attitude<E> {
-    /// What is known of each sample of a record by all of it, whatever this filter has seen.
+    /// Smooths each sample of a record with the whole record; the filter's own state is not used.
     ///
     /// The record is filtered forward and backward in time. The bias of both passes is joined at each
     /// sample, axis by axis, and taken off the rates together with the mean of their matrices; then
@@ -197,7 +197,7 @@ fn both<T: Send>(
     }
 }
 
-/// What is known after each of n samples, of the filter and of the field that it was given.
+/// The state after each of n samples, of the filter and of its field.
 fn pass<E: Around, T>(
     mut filter: Attitude<E>,
     n: usize,
@@ -322,8 +322,8 @@ impl Known {
     }
 }
 
-/// What both passes know together. Without a magnetometer the heading is one against the start, which
-/// the second knows nothing of.
+/// The combination of both passes. Without a magnetometer the heading is one against the start,
+/// which the second knows nothing of.
 fn joined(forward: &Known, backward: &Known, mag: bool) -> (Quaternion<f64>, Knowledge) {
     let apart = backward.orientation * forward.orientation.conjugate();
     let about_up = 2.0 * f64::atan2(apart.k, apart.w);
@@ -375,8 +375,8 @@ fn angle(q: &Quaternion<f64>) -> Vector3<f64> {
     q.imag() * scale
 }
 
-/// How far errors of the gyro have turned a heading that nothing corrects since the start: those that
-/// last add up with their sign, so that turns there and back leave nothing.
+/// Heading error by gyro errors since the start, where nothing corrects the heading: lasting errors
+/// add up with their sign, so that rotations there and back leave nothing.
 #[derive(Debug, Clone, Copy, Default)]
 struct Drift {
     /// By an error of the bias, s, and of each element of the matrix, rad.

@@ -20,7 +20,7 @@ const MIN_FORCE_M_S2: f64 = 1e-6;
 /// Samples may take no time: their sum is not longer than this, m/s².
 const MAX_SUM: f64 = 1e9;
 
-/// The sum of the forces so far.
+/// The sum of the forces to date.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Start {
     /// Its length: it points up.
@@ -31,7 +31,7 @@ pub struct Start {
     north: North,
 }
 
-/// What has shown the heading to date.
+/// Source of the heading to date.
 #[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd, Serialize, Deserialize)]
 enum North {
     #[default]
@@ -60,12 +60,12 @@ impl Start {
         Some(Quaternion::new(half, sum.y * scale, -sum.x * scale, 0.0).normalize())
     }
 
-    /// Begins once more, with what is known of the heading.
+    /// Begins once more, with the known heading.
     pub fn again(&mut self) {
         *self = Self { north: self.north, ..Self::default() };
     }
 
-    /// Whether a field is the first, or the first that is `known` to be no spike.
+    /// True if a field is the first, or the first that is `known` to be no spike.
     pub fn is_first_field(&mut self, known: bool) -> bool {
         let north = if known { North::Known } else { North::Doubted };
         let first = north > self.north;
@@ -75,7 +75,7 @@ impl Start {
         first
     }
 
-    /// Whether a tick belongs to the start; then the errors are those of a mean force over the time.
+    /// True if a tick belongs to the start; then the errors are those of a mean force over the time.
     pub fn observe(&mut self, elapsed: f64, errors: &mut Errors) -> bool {
         if self.over || self.sum == 0.0 {
             return !self.over;
@@ -155,7 +155,7 @@ mod tests {
             let slope = MAX_SPEED_CHANGE_M_S / (GRAVITY * 0.1 * f64::from(tick));
             let tilt = (2.0 * slope * slope).min(0.25);
             assert!((errors.variance(0) / tilt - 1.0).abs() < 1e-12);
-            // A tilt is the velocity so far over the time: of north along x, of east along -y.
+            // A tilt is the velocity to date over the time: of north along x, of east along -y.
             let coupled = errors.covariance()[(1, VELOCITY)];
             assert_eq!(coupled, -errors.covariance()[(0, VELOCITY + 1)]);
             assert!(

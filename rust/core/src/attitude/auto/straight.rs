@@ -10,14 +10,15 @@ use super::{BIAS_SIGMA, DEGREE, square};
 use crate::attitude::sample::MAX_RATE;
 use crate::math::validity::is_size;
 
-/// How far the rate of a tick lies from the mean of so many seconds, rad/s, and for how long.
+/// Largest distance of a tick's rate from the mean of so many seconds, rad/s, and its duration.
 const MAX_RATE_CHANGE_RAD_S: f64 = 3.0 * DEGREE;
 const MIN_STEADY_S: f64 = 1.5;
 /// Density of the rate about the vertical of what goes straight on, rad/s √s.
 const RATE_NOISE: f64 = DEGREE;
-/// How far it may lie from the bias given, rad/s: three deviations of one of which nothing is known.
+/// Largest distance from the given bias, rad/s: three standard deviations of an unknown one.
 const MAX_BIAS_RAD_S: f64 = 3.0 * BIAS_SIGMA;
-/// How near a stretch is to the usual rate, rad/s, and seconds over which that follows.
+/// Largest distance of a stretch from the usual rate, rad/s, and the seconds over which that
+/// follows.
 const MAX_RATE_DIFFERENCE_RAD_S: f64 = 0.7 * DEGREE;
 const RATE_TIME_CONSTANT_S: f64 = 10.0;
 /// A stretch has one vote when it begins, and another in so many seconds; the most votes that count,
@@ -53,7 +54,7 @@ impl Straight {
         (self.agrees(vote, span) && self.votes >= MIN_VOTES).then(|| square(RATE_NOISE) / span)
     }
 
-    /// Whether the present rate is that of most stretches.
+    /// True if the present rate is that of most stretches.
     fn agrees(&mut self, vote: f64, span: f64) -> bool {
         let apart = self.mean - self.usual;
         if apart.abs() <= MAX_RATE_DIFFERENCE_RAD_S {
@@ -89,7 +90,7 @@ fn lasts(seconds: f64) -> bool {
 mod tests {
     use super::{DEGREE, Straight};
 
-    /// Whether the last of so many seconds at each of these rates, deg/s, says the bias.
+    /// True if the last of so many seconds at each of these rates, deg/s, says the bias.
     fn finds_bias(rates: &[f64], seconds: usize) -> bool {
         let mut straight = Straight::default();
         let mut last = None;

@@ -20,7 +20,7 @@ const MIN_ACCELERATION_RAD_S2: f64 = 500.0;
 const MAX_RETURN_SHARE: f64 = 0.25;
 /// Looks a tick at how the rotation couples errors of the gyro into the orientation.
 const LOOKS_PER_TICK: f64 = 4.0;
-/// Where counting ends: samples may take no time.
+/// Largest count: samples may take no time.
 const MAX_COUNT: f64 = 9_007_199_254_740_992.0;
 
 /// The orientation in a frame whose z axis is up and whose heading nothing but the gyro turns.
@@ -60,7 +60,7 @@ impl Default for Strapdown {
 }
 
 impl Strapdown {
-    /// What a step about the sensor's axes turns by: itself and what coning adds to it.
+    /// The rotation of a step about the sensor's axes, with coning.
     #[inline(always)]
     pub fn angle(&self, step: &Vector3<f64>) -> Vector3<f64> {
         step + self.before.cross(step)
@@ -73,14 +73,14 @@ impl Strapdown {
         self.set(product(&self.orientation, &small_rotation(angle)));
     }
 
-    /// Whether it has to be doubted that there was a step by such an angle, or the one before.
+    /// True if it has to be doubted that there was a step by such an angle, or the one before.
     #[inline(always)]
     pub fn doubts(&self, angle: &Vector3<f64>) -> bool {
         angle.norm_squared() > self.alert
     }
 
-    /// Whether a step was one at all shows with the next: a pulse of a single sample is none. Returns
-    /// the rate in whose place that of this step, `gyro`, is to count.
+    /// Examines a step after the next one: a pulse of a single sample is no step. Returns the rate
+    /// in whose place that of this step, `gyro`, is to count.
     #[cold]
     #[inline(never)]
     pub fn doubt(
@@ -341,7 +341,8 @@ impl Sums {
         }
     }
 
-    /// How errors of bias and matrix turn the orientation in the tick, about axis `i` of the frame.
+    /// Derivative of the rotation in the tick about axis `i` of the frame by the errors of bias and
+    /// matrix.
     #[inline(always)]
     pub fn drivers(&self, i: usize) -> Drivers {
         let scale = if self.looks > 0.0 { self.elapsed / self.looks } else { 0.0 };

@@ -1,4 +1,4 @@
-//! How far velocity and gyro are trusted, learned from the corrections themselves.
+//! Trust in velocity and gyro, learned from the corrections themselves.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -47,7 +47,7 @@ impl Accelerations {
         usual + 2.0 * VELOCITY_TIME_CONSTANT_S * (slow - OSCILLATION_POWER_SHARE).max(0.0)
     }
 
-    /// What was found was a tilt.
+    /// Forgets: the error found was that of a tilt.
     pub fn forget(&mut self) {
         *self = Self::default();
     }
@@ -127,7 +127,7 @@ impl Lasting {
     }
 }
 
-/// What a gyro errs by in a turn, √s, at the least, and by how much more it may.
+/// Smallest error of a gyro in a rotation, √s, and the factor by which it may grow.
 const MIN_SCALE_NOISE: f64 = 0.0015;
 const MAX_SCALE_NOISE_RATIO: f64 = 150.0;
 /// Seconds over which corrections are added up, and within which the noise follows.

@@ -1,4 +1,5 @@
-//! What a rest says of the bias, and what it undoes: a bias that jumped, or that no rest ever showed.
+//! Bias from a rest, and the corrections it undoes: a bias that jumped, or that no rest ever
+//! showed.
 
 use nalgebra::{ComplexField, Matrix3, Vector3};
 
@@ -18,7 +19,7 @@ const REFUTED_BIAS_SIGMA_RAD_S: f64 = 0.02 * DEGREE;
 const REFUTED_TILT_SIGMA_RAD: f64 = 0.2;
 
 impl Auto {
-    /// Whether the body rests, and what is undone if it does.
+    /// Processes a rest, if the body rests, and undoes wrong corrections.
     #[inline(always)]
     pub(super) fn rest(&mut self, sums: &Sums, news: bool) -> Option<(Vector3<f64>, f64)> {
         let field = news.then(|| self.strapdown.rotation.tr_mul(&(sums.field / sums.fields)));

@@ -61,7 +61,7 @@ impl Turns {
         self.both > 0.0 && square(self.both) > correlation_squared * self.seen * self.said
     }
 
-    /// Whether what is seen is so many times what is said.
+    /// True if what is seen is so many times what is said.
     fn is(&self, times: f64, tolerance: f64) -> bool {
         self.both > self.said * (times / tolerance) && self.both < self.said * (times * tolerance)
     }
@@ -78,7 +78,7 @@ impl Turns {
     }
 }
 
-/// How gravity and field turn in the sensor, and how the gyro says that they do.
+/// Rotation of gravity and field in the sensor, compared with the gyro's.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct UnitWatch {
     /// Rate, force and field of the tick before; no force and no field before the first.
@@ -87,7 +87,7 @@ pub struct UnitWatch {
     field: Vector3<f64>,
     of_force: Turns,
     of_field: Turns,
-    /// What rates about their mean say, as a sum of squares.
+    /// Sum of squares of rates about their mean.
     varied: f64,
     /// Means of rate, force and field, of the rate's square and the force's, and their weight.
     mean_rate: Vector3<f64>,
@@ -161,13 +161,13 @@ impl UnitWatch {
         self.right = self.of_force.prove();
     }
 
-    /// Whether the unit of the gyro was seen to be the one said.
+    /// True if the unit of the gyro was seen to be the one said.
     #[inline(always)]
     pub fn is_right(&self) -> bool {
         self.right
     }
 
-    /// Whether the unit of the gyro is not the one said.
+    /// True if the unit of the gyro is not the one said.
     pub fn is_wrong(&self) -> bool {
         self.is_wrong_by_force() || self.is_wrong_by_field() || self.is_too_large()
     }
@@ -194,7 +194,7 @@ impl UnitWatch {
                 && self.mean_field.norm_squared() < one_way
     }
 
-    /// Whether the force stays although rates change by more than any body's that it stays for.
+    /// True if the force stays although rates change by more than any body's that it stays for.
     fn is_too_large(&self) -> bool {
         let most = square(GRAVITY) * MAX_FORCE_RATIO_SQUARED * self.weight;
         self.varied > MIN_SAID_SQUARED.max(MIN_EXCESS_SQUARED * self.of_force.seen)

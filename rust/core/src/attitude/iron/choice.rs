@@ -1,4 +1,4 @@
-//! Which hard iron is taken off: the one that the present span shows, one remembered, or none; or the
+//! Choice of the hard iron to subtract: that of the present span, one remembered, or none; or the
 //! field is withheld.
 
 use nalgebra::{Matrix3, Vector3};
@@ -18,11 +18,11 @@ const MAX_USED_SCATTER: f64 = 0.60;
 const IRON_SIZES: [f64; 2] = [0.10, 0.25];
 const MAX_LARGE_SCATTER: f64 = 0.7;
 const MIN_LARGE_DISTANCE: f64 = 25.0;
-/// What is as near as this is the same hard iron.
+/// Largest squared distance of two estimates of the same hard iron.
 const MAX_SAME_DISTANCE: f64 = 16.0;
 /// Of scatters: how much better another one has to be than the one in use.
 const MIN_SCATTER_RATIO: f64 = 1.1;
-/// How near the field has to stay to the last one known, for a span that does not tell.
+/// Largest distance of the field from the last known one, for an undecided span.
 const MAX_FIELD_CHANGE: f64 = 0.15;
 /// A field that is weaker stands still in the sensor: there is none.
 const NONE: f64 = 0.1;
@@ -33,7 +33,7 @@ const REMEMBERED_IRONS: usize = 5;
 /// Largest number of a hard iron.
 const MAX_IRON: f64 = 1e6;
 
-/// What is done with the magnetometer.
+/// Use of the magnetometer.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Taken {
     /// Nothing is known: samples are used as they are.
@@ -96,7 +96,7 @@ impl Choice {
         self.field = None;
     }
 
-    /// Takes what a second was.
+    /// Takes the verdict on a second.
     pub fn decide(&mut self, learner: &Learner, present: Present, seconds: f64) {
         let start = match present {
             Present::Nothing => return,
@@ -126,7 +126,7 @@ impl Choice {
         self.field = Some(start.sums.field(&value));
     }
 
-    /// Whether a hard iron leaves so little of the scatter that it is none of a room.
+    /// True if a hard iron leaves so little of the scatter that it is none of a room.
     fn pays(&self, start: &Start, iron: &Iron) -> bool {
         let raw = root(start.sums.variance(&Vector3::zeros()));
         let left = root(start.sums.variance(&iron.value));

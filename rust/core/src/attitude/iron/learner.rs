@@ -1,5 +1,5 @@
-//! Which hard iron explains the field: filters that began at different seconds, and the path through
-//! them that costs least.
+//! Search for the hard iron that explains the field: filters that began at different seconds, and
+//! the path through them that costs least.
 
 use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
@@ -48,8 +48,8 @@ pub struct Start {
     /// Cost of all up to now, less that of the best path with another span to come.
     cost: f64,
     pub age: f64,
-    /// What a hard iron of the sensor's axes did to the heading since then, and what the ones taken off
-    /// meanwhile did, rad.
+    /// Derivative of the heading by a hard iron of the sensor's axes since then, and the heading
+    /// change by those subtracted meanwhile, rad.
     shares: Vector3<f64>,
     taken: f64,
 }
@@ -96,7 +96,7 @@ impl Start {
     }
 }
 
-/// What the path of least cost says of the present second.
+/// Verdict of the path of least cost on the present second.
 #[derive(Debug, Clone, Copy)]
 pub enum Present {
     /// Nothing was seen.
@@ -147,7 +147,7 @@ impl Default for Learner {
 }
 
 impl Learner {
-    /// Size of the field, in which everything is told; zero until it is known.
+    /// Size of the field, the unit of all; zero until it is known.
     pub fn norm(&self) -> f64 {
         self.norm
     }

@@ -33,10 +33,10 @@ const MIN_SHAPE_CHANGE: f64 = 0.1;
 /// it, which is not, is two degrees.
 const MAX_REVERSED_TURN_RAD: f64 = 0.25;
 
-/// What is known of a magnetometer's hard iron, in the unit of the samples.
+/// Estimate of a magnetometer's hard iron, in the unit of the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LearnedIron {
-    /// What is taken off each sample; zero where nothing is.
+    /// Vector subtracted from each sample; zero where there is none.
     pub value: Vector3<f64>,
     /// Its standard deviation, NaN before one is known.
     pub sigma: Vector3<f64>,
@@ -52,7 +52,7 @@ pub struct Learning {
     gathered: Gathered,
     learner: Learner,
     choice: Choice,
-    /// What is taken off, unit of the samples.
+    /// Subtracted hard iron, unit of the samples.
     iron: Option<Vector3<f64>>,
 }
 
@@ -82,7 +82,7 @@ impl Learning {
         self.correction.as_ref()
     }
 
-    /// What is known of the hard iron.
+    /// The estimate of the hard iron.
     pub fn iron(&self) -> LearnedIron {
         let variances = self.choice.iron.covariance.diagonal() * self.square_of_norm();
         let state = match self.choice.taken {

@@ -20,7 +20,7 @@ pub const MAX_KNOWN_SIGMA: f64 = 0.10;
 /// No sum is larger.
 const MAX_SUM: f64 = 1e12;
 
-/// Where in a row of sums stand those of 1, e, its squared size, B, BᵀB and Bᵀe.
+/// Indices in a row of sums: those of 1, e, its squared size, B, BᵀB and Bᵀe.
 const WEIGHT: usize = 0;
 const FIELD: Range<usize> = 1..4;
 const FIELD_SQUARED: usize = 4;
@@ -123,7 +123,7 @@ impl Sums {
     }
 }
 
-/// How many directions of a hard iron of this covariance are known, and what the iron is with nothing
+/// The number of known directions of a hard iron with this covariance, and the iron with zeros
 /// along the others.
 pub fn known_part(iron: &Vector3<f64>, covariance: &Matrix3<f64>) -> (usize, Vector3<f64>) {
     let Some(found) = covariance.try_symmetric_eigen(1e-12, 100) else {

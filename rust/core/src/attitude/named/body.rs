@@ -1,4 +1,4 @@
-//! What all named methods share: an orientation, where it starts, and how a rate turns it.
+//! Common parts of all named methods: an orientation, its start, and its rotation by a rate.
 
 use nalgebra::{Quaternion, RealField, Vector3};
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ const UPSIDE_DOWN: f64 = 1e-6;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Body {
     pub orientation: Quaternion<f64>,
-    /// Whether a force has said where up is, and a field where north is.
+    /// True if a force has said where up is, and a field where north is.
     pub levelled: bool,
     pub headed: bool,
 }

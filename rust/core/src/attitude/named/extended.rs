@@ -6,8 +6,8 @@ use nalgebra::{Matrix3, SVector, Vector3};
 use super::kalman::{BIAS, Gauss, Linearised, Step};
 use crate::math::rotation::right_jacobian;
 
-/// What rounding may cost the variance of a difference, relative to what was there before: a
-/// few operations on each element.
+/// Largest loss of a difference's variance by rounding, relative to the terms: a few operations on
+/// each element.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// By first derivatives. Corrections are scalar.

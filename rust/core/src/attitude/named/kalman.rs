@@ -25,6 +25,9 @@ const FREE_HEADING_VARIANCE_RAD2: f64 = 10.0;
 const CHOSEN_HEADING_SIGMA_RAD: f64 = 1e-3;
 /// Variance per second of an angle while no rate is known, rad²/s.
 const UNKNOWN_RATE_VARIANCE: f64 = 1.0;
+/// Shortest time over which a measurement has a weight, s: over less its variance R = n²/dt may be
+/// infinite.
+const MIN_MEASURED_S: f64 = 1e-9;
 /// Largest variances of an angle, rad², and of a bias, (rad/s)².
 const MAX_VARIANCES: [f64; 2] = [FREE_HEADING_VARIANCE_RAD2, 1.0];
 /// The bias in the error state, after the three angles.
@@ -50,7 +53,7 @@ pub struct Step {
     pub bias: f64,
 }
 
-/// How a mean and a covariance go through functions that are not linear.
+/// Propagation of a mean and a covariance through functions that are not linear.
 pub trait Linearised: core::fmt::Debug + Clone + Copy + PartialEq {
     /// Its name as a method.
     const METHOD: &'static str;
@@ -189,7 +192,7 @@ impl<L: Linearised> Estimator for Kalman<L> {
             },
         );
         self.state.limit();
-        if dt > 0.0 {
+        if dt >= MIN_MEASURED_S {
             self.correct(sample.accel.as_ref(), mag, dt);
         }
         self.begin(sample.accel.as_ref(), mag);

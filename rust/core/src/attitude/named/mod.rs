@@ -31,10 +31,10 @@ pub trait Named: Tagged {
     /// As people write it.
     const METHOD: &'static str;
 
-    /// What was chosen.
+    /// The options.
     fn options(&self) -> NamedOptions;
 
-    /// Whether scale and misalignment of the gyro were given too.
+    /// True if scale and misalignment of the gyro were given too.
     fn is_calibrated(&self) -> bool {
         false
     }
@@ -44,12 +44,12 @@ pub trait Named: Tagged {
         None
     }
 
-    /// What is taken off the magnetometer before anything else.
+    /// The correction of the magnetometer before anything else.
     fn correction(&self) -> Option<&FieldCorrection> {
         None
     }
 
-    /// What it learns of the magnetometer's hard iron, if it does.
+    /// The hard iron that it learns, if it does.
     fn iron(&self) -> Option<LearnedIron> {
         None
     }

@@ -1,4 +1,4 @@
-//! What a person chooses of the named methods: one table of their constants.
+//! Options of the named methods: one table of their constants.
 
 use serde::{Deserialize, Serialize};
 
@@ -69,7 +69,7 @@ pub struct Constant<C: 'static = Constants> {
     pub range: [f64; 2],
     /// The same in words, as refusals say it.
     pub expected: &'static str,
-    /// What it is, in one sentence without a full stop.
+    /// Its meaning, in one sentence without a full stop.
     pub meaning: &'static str,
     /// The methods that use it.
     pub methods: &'static [&'static str],
@@ -80,7 +80,7 @@ pub struct Constant<C: 'static = Constants> {
 }
 
 impl<C> Constant<C> {
-    /// Whether the value is in its range.
+    /// True if the value is in its range.
     ///
     /// # Errors
     /// [`Error::Parameter`] if it is not.
@@ -101,8 +101,7 @@ pub const CONSTANTS: &[Constant] = &[
         unit: "s",
         range: [1e-6, 1e6],
         expected: "from 1e-6 to 1e6 s",
-        meaning: "Time in which tilt and heading come near those of accelerometer and magnetometer \
-                  by a factor of e",
+        meaning: "Time constant towards accelerometer and magnetometer",
         methods: &["complementary"],
         get: |c| Some(c.time_constant),
         set: |c, value| c.time_constant = value,
@@ -112,7 +111,7 @@ pub const CONSTANTS: &[Constant] = &[
         unit: "1/s",
         range: [0.0, 1e6],
         expected: "from 0 to 1e6 1/s",
-        meaning: "Proportional gain: rate per rad of error; 1/kp is a time constant",
+        meaning: "Proportional gain: rate per rad of error",
         methods: &["mahony"],
         get: |c| Some(c.kp),
         set: |c, value| c.kp = value,
@@ -122,7 +121,7 @@ pub const CONSTANTS: &[Constant] = &[
         unit: "1/s^2",
         range: [0.0, 1e6],
         expected: "from 0 to 1e6 1/s^2",
-        meaning: "Integral gain: how fast an error that stays becomes bias; 0 learns none",
+        meaning: "Integral gain: lasting errors become bias; 0: none",
         methods: &["mahony"],
         get: |c| Some(c.ki),
         set: |c, value| c.ki = value,
@@ -132,8 +131,8 @@ pub const CONSTANTS: &[Constant] = &[
         unit: "rad/s",
         range: [0.0, 1e3],
         expected: "from 0 to 1000 rad/s",
-        meaning: "Speed of the quaternion down the gradient, half that of the body; by default that \
-                  of the report, 0.041 with a magnetometer and 0.033 without",
+        meaning: "Gradient step of the quaternion, half the body's rate. By default as in the report: \
+                  0.041 with a magnetometer, 0.033 without",
         methods: &["madgwick"],
         get: |c| c.beta,
         set: |c, value| c.beta = Some(value),
@@ -153,7 +152,7 @@ pub const CONSTANTS: &[Constant] = &[
         unit: "m/s^2/sqrt(Hz)",
         range: [1e-6, 1e6],
         expected: "from 1e-6 to 1e6 m/s^2/sqrt(Hz)",
-        meaning: "White noise of the accelerometer, the body's own acceleration included",
+        meaning: "White noise of the accelerometer, with the body's acceleration",
         methods: KALMAN,
         get: |c| Some(c.accel_noise),
         set: |c, value| c.accel_noise = value,
@@ -163,7 +162,7 @@ pub const CONSTANTS: &[Constant] = &[
         unit: "rad/sqrt(Hz)",
         range: [1e-6, 1e6],
         expected: "from 1e-6 to 1e6 rad/sqrt(Hz)",
-        meaning: "White noise of the heading that the magnetometer shows, disturbances included",
+        meaning: "White noise of the magnetic heading, with disturbances",
         methods: KALMAN,
         get: |c| Some(c.mag_noise),
         set: |c, value| c.mag_noise = value,
@@ -180,10 +179,10 @@ pub const CONSTANTS: &[Constant] = &[
     },
 ];
 
-/// What a person may say of the sensor and of the method.
+/// Options for the sensor and for the method.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NamedOptions {
-    /// Whether there is a magnetometer; without one the heading at the start is chosen.
+    /// True if there is a magnetometer; without one the heading at the start is chosen.
     pub mag: bool,
     /// The gyro's output without rotation, rad/s, for methods that learn it.
     pub bias: [f64; 3],

@@ -54,7 +54,8 @@ pub fn covariance(
     information.try_inverse()
 }
 
-/// What one group says of the elements and of its hard iron, its fields unknown, for a noise of 1.
+/// Information of one group on the elements and on its hard iron, with unknown fields, for a noise
+/// of 1.
 fn of_group(
     ticks: &Ticks<'_>,
     fit: &Fit,

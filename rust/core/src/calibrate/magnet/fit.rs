@@ -27,9 +27,9 @@ pub struct Ticks<'a> {
     pub field: &'a [[f64; 3]],
     /// e.
     pub turned: &'a [[f64; 3]],
-    /// Which hard iron is whose.
+    /// Index of each tick's hard iron.
     pub group: &'a [usize],
-    /// Which field is whose: from 0 on, never decreasing.
+    /// Index of each tick's field: from 0 on, never decreasing.
     pub window: &'a [usize],
 }
 
@@ -67,7 +67,7 @@ impl Ticks<'_> {
     }
 }
 
-/// What a fit found, and the weight of each tick.
+/// Result of a fit, and the weight of each tick.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     /// Of each group.

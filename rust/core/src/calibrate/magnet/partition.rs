@@ -30,11 +30,11 @@ pub struct Piece {
     pub start: usize,
     /// Past the last one.
     pub stop: usize,
-    /// Whether nothing is believed of it.
+    /// True if nothing is believed of it.
     pub outlier: bool,
 }
 
-/// What a record falls into, and its cost.
+/// Partition of a record, and its cost.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Partition {
     /// Of all ticks.

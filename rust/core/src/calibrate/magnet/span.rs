@@ -9,12 +9,12 @@ use crate::math::validity::{is_size, is_within};
 pub const SPAN_COST: f64 = 24.0;
 /// By how much a span may be dearer than the best, and still go on.
 pub const MAX_EXTRA_COST: f64 = 64.0;
-/// What a tick costs of which nothing is believed: of a deviation of 0.35 an axis, that is
-/// 3 (ln 0.35² + 1). So many seconds in a row at most.
+/// Cost of a tick that is an outlier: with a standard deviation of 0.35 an axis, that is 3 (ln
+/// 0.35² + 1). So many seconds in a row at most.
 pub const OUTLIER_COST: f64 = -3.298_932_746_992_067;
 pub const MAX_OUTLIER_S: usize = 60;
 
-/// Where an element of a symmetric matrix is in its six numbers.
+/// Index of a symmetric matrix' element in its six numbers.
 const SYMMETRIC_INDEX: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
 
 /// Squared size of an innovation, in its own variances, above which it counts less.
@@ -37,8 +37,8 @@ pub struct Span<T> {
     fields: [T; 6],
 }
 
-/// What a tick costs: the determinant of its innovation's covariance, of which the logarithm counts,
-/// and what the innovation's size adds.
+/// Cost of a tick: the determinant of its innovation's covariance, of which the logarithm counts,
+/// and the term of the innovation's size.
 #[derive(Debug, Clone, Copy)]
 pub struct Cost<T> {
     pub determinant: T,
@@ -87,7 +87,7 @@ impl Span<f64> {
         self.iron
     }
 
-    /// Whether every number is one of a running filter.
+    /// True if every number is one of a running filter.
     pub fn is_valid(&self) -> bool {
         let row = self.row();
         let variances = SYMMETRIC_INDEX.iter().enumerate().map(|(i, at)| at[i]);

@@ -24,20 +24,20 @@ const MAX_SCALE: f64 = 1e150;
 /// Believed of the slope where nothing is given: one deviation of a sample per kelvin.
 const SLOPE_SIGMA: f64 = 1.0;
 
-/// What a person chooses; x is the unit of the samples.
+/// Parameters; x is the unit of the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TemperatureParams {
     /// Samples a second.
     pub rate: f64,
     /// Temperature that the bias state belongs to, degC.
     pub reference: f64,
-    /// What is believed of the slope before any sample, x/K.
+    /// Prior of the slope before any sample, x/K.
     pub slope: Option<f64>,
     /// Its deviation, x/K; where only a slope is given it holds for certain.
     pub slope_sigma: Option<f64>,
     /// Random walk of the bias, x/√s; learned where it is not given.
     pub walk: Option<f64>,
-    /// What rest can be.
+    /// Limits of rest.
     pub limits: RestLimits,
 }
 
@@ -81,7 +81,7 @@ pub struct TemperatureFilter {
     detector: RestDetector<f64>,
     thermometer: Thermometer,
     samples_seen: u64,
-    /// Largest sample so far: the bias is no larger as long as nothing else is known.
+    /// Largest sample to date: the bias is no larger as long as nothing else is known.
     reach: f64,
     at_rest: bool,
     /// Rest has begun.
@@ -116,7 +116,7 @@ impl TemperatureFilter {
         })
     }
 
-    /// What was chosen.
+    /// The parameters.
     pub fn params(&self) -> &TemperatureParams {
         &self.params
     }
@@ -152,12 +152,12 @@ impl TemperatureFilter {
         }
     }
 
-    /// Whether the gyro rests, and the bias is being learned.
+    /// True if the gyro rests, and the bias is being learned.
     pub fn at_rest(&self) -> bool {
         self.at_rest
     }
 
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.samples_seen
     }
@@ -171,7 +171,7 @@ impl TemperatureFilter {
         self.thermometer.kelvin().unwrap_or(0.0)
     }
 
-    /// What was learned before the first temperature counts as learned at that.
+    /// Assigns all learned before the first temperature to that temperature.
     fn feel(&mut self) {
         let first = self.thermometer.kelvin().is_none();
         self.thermometer.end_tick();

@@ -20,7 +20,7 @@ pub struct Thermometer {
     /// The last one raw, and that of the last tick; NaN before them.
     last: f64,
     kelvin: f64,
-    /// Of the tick so far.
+    /// Of the tick to date.
     sum: f64,
     count: u32,
     changed: bool,
@@ -73,7 +73,7 @@ impl Thermometer {
         (self.sum, self.count, self.changed) = (0.0, 0, false);
     }
 
-    /// Whether temperatures can have made it, in ticks of so many samples.
+    /// True if temperatures can have made it, in ticks of so many samples.
     pub fn is_valid(&self, length: u32) -> bool {
         // A mean is off by some roundings.
         let most = MAX_KELVIN * (1.0 + 1e-6);

@@ -29,7 +29,8 @@ const RATIOS: Each = [1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
 /// a walk as strong as the noise of five seconds.
 const MEDIAN_RATIO: f64 = 2.5e-3;
 
-/// What a tick leaves of the evidence, and what the noise is believed to be worth before the first.
+/// Share of the evidence that is left after a tick, and the prior weight of the noise before the
+/// first.
 const EVIDENCE_DECAY: f64 = 1.0 - 1.0 / 4000.0;
 const DEGREES_OF_FREEDOM: f64 = 2.0;
 
@@ -97,7 +98,7 @@ impl Walks {
         }
     }
 
-    /// What was learned was so at `d` kelvins from the reference.
+    /// Moves the learned state to `d` kelvins from the reference.
     pub fn shift(&mut self, d: f64) {
         for m in 0..WALKS {
             self.x[m] = (self.x[m] - self.k[m] * d).within(MAX_LEVEL);
@@ -147,7 +148,7 @@ impl Walks {
         self.mixture(|m| (self.k[m], self.c[m]))
     }
 
-    /// What variances are multiplied by: the noise, over that of the first tick.
+    /// The factor of variances: the noise, over that of the first tick.
     fn noise(&self, m: usize) -> f64 {
         self.squares[m] / self.degrees
     }
@@ -181,7 +182,7 @@ impl Walks {
         Mixture { mean, sigma: variance.sum::<f64>().simd_sqrt() }
     }
 
-    /// Whether ticks can have made it.
+    /// True if ticks can have made it.
     pub fn is_valid(&self) -> bool {
         let every = |values: &Each, holds: &dyn Fn(f64) -> bool| values.iter().all(|x| holds(*x));
         let size = |bound: f64| move |x: f64| is_size(x, bound);

@@ -16,7 +16,7 @@ const ROWS: usize = 8;
 const FILTERS: usize = 4;
 
 impl AutoFilter<f64> {
-    /// Whether its samples may be taken together with those of others.
+    /// True if its samples may be taken together with those of others.
     fn runs_with(&self, other: &Self) -> bool {
         !begins(self.status)
             && self.detector.is_settled()
@@ -99,7 +99,7 @@ fn rows_together(filters: &[AutoFilter<f64>], members: &[usize]) -> usize {
     if all { rows_left(filters, members) } else { 0 }
 }
 
-/// What the last row of a tick, which is taken, means to each filter.
+/// Ends the tick with its last row for each filter that takes it.
 #[inline(never)]
 fn end_ticks(filters: &mut [AutoFilter<f64>], members: &[usize], row: &mut Block<'_>) {
     for (input, output) in row.rows() {

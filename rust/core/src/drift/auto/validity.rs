@@ -1,4 +1,4 @@
-//! What the filter that tunes itself can be after any samples.
+//! Validity of the self-tuning filter's state.
 
 use super::{AutoFilter, begins};
 use crate::drift::DriftNumber;
@@ -6,7 +6,7 @@ use crate::math::validity::{is_count, is_size, is_within};
 use crate::stream::checkpoint::Checkpoint;
 
 impl<T: DriftNumber> AutoFilter<T> {
-    /// Whether samples can have made it of `fresh`.
+    /// True if samples can have made it of `fresh`.
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
         is_count(self.samples_seen)
             && self.detector.is_valid()

@@ -11,7 +11,7 @@ use crate::drift::Method;
 use crate::math::{Lane, Laned, MAX_LANES, Mask, Real, laned};
 use crate::stream::{Block, Scaling, Watch};
 
-/// How many filters share a register.
+/// Number of filters in one register.
 pub struct Width;
 
 impl WithSimd for Width {
@@ -26,9 +26,8 @@ laned!(DriftLoop [N, M]
     { model, measurement_noise, process_noise, state, last, count, peak, guards }
     common { adapts_measurement_noise, adapts_process_noise, learning_left });
 
-/// What filters must have in common to take the same branches for a number of samples: method,
-/// noise, for how many of these they learn, and when their scales are looked at. None before the
-/// start-up is over.
+/// Common properties of filters that take the same branches for a number of samples: method, noise,
+/// samples to learn, and times at which scales are checked. None before the start-up is over.
 type Phase = Option<(Method, AllanKind, u64, u64)>;
 
 impl<const N: usize, const M: usize> DriftFilter<f64, N, M> {
@@ -54,8 +53,8 @@ impl<const N: usize, const M: usize> WithSimd for Together<'_, '_, N, M> {
             let indices: Vec<usize> = (0..self.filters.len()).collect();
             return one_by_one(self.filters, &indices, self.block);
         }
-        for alike in self.sorted().chunk_by(|(a, _), (b, _)| a == b) {
-            let indices: Vec<usize> = alike.iter().map(|(_, c)| *c).collect();
+        for equal in self.sorted().chunk_by(|(a, _), (b, _)| a == b) {
+            let indices: Vec<usize> = equal.iter().map(|(_, c)| *c).collect();
             for members in indices.chunks(S::F64_LANES) {
                 let rows = match Lanes::<S, N, M>::of(self.filters, members) {
                     Some(lanes) => lanes.process(self.filters, members, self.block),
@@ -92,7 +91,7 @@ fn one_by_one<const N: usize, const M: usize>(
     }
 }
 
-/// Whether a row proves the scale of one of the filters wrong.
+/// True if a row proves the scale of one of the filters wrong.
 #[inline(never)]
 fn disproves<const N: usize, const M: usize>(
     filters: &mut [DriftFilter<f64, N, M>],

@@ -1,4 +1,4 @@
-//! What a published filter can be after any samples.
+//! Validity of a published filter's state.
 
 use super::{DriftFilter, DriftLoop};
 use crate::math::validity::{is_count, is_size, is_within};
@@ -8,7 +8,7 @@ impl<T, const N: usize, const M: usize> DriftFilter<T, N, M>
 where
     T: Limits + Real<Element = T, SimdBool = bool>,
 {
-    /// Whether samples can have made it of `fresh`.
+    /// True if samples can have made it of `fresh`.
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
         let scaling = if self.start.is_some() { fresh.scaling } else { self.startup.finished() };
         let reach = self.scaling.map_or(T::MAX_INPUT, |scaling| scaling.reach());
@@ -27,7 +27,7 @@ impl<T, const N: usize, const M: usize> DriftLoop<T, N, M>
 where
     T: Limits + Real<Element = T, SimdBool = bool>,
 {
-    /// Whether samples within `reach` can have made it of `fresh`.
+    /// True if samples within `reach` can have made it of `fresh`.
     fn is_after(&self, fresh: &Self, reach: T) -> bool {
         self.adapts_measurement_noise == fresh.adapts_measurement_noise
             && self.adapts_process_noise == fresh.adapts_process_noise

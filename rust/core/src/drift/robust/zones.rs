@@ -8,7 +8,7 @@ use crate::math::{Limits, Real};
 /// The radii of the zones.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Zones {
-    /// As printed: the variance of all innovations so far, in the unit of the samples, is held
+    /// As printed: the variance of all innovations to date, in the unit of the samples, is held
     /// against an innovation, and three quarters of it. Nothing ends a row of outliers.
     Published,
     /// (κ, β): κ deviations of the accepted innovations, and β of these.
@@ -22,10 +22,10 @@ const BETA: f64 = 0.75;
 pub(in crate::drift) const ZONES_EXPECTED: &str =
     "'published' or (kappa, beta) with kappa above 0 and beta above 0 and at most 1";
 
-/// What a robust filter does with an innovation that is too large.
+/// Treatment of innovations that are too large.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RobustParams {
-    /// Where an innovation is too large.
+    /// Bounds of innovations that are too large.
     pub zones: Zones,
     /// α, the part of the gain that is left to a sample of the outer zone.
     pub damping: f64,
@@ -80,7 +80,7 @@ const EXIT_ANY_SIGN_FACTOR: i64 = 10;
 /// percent, and few enough to forget a motion, or outliers that were taken, within seconds.
 const TIME_CONSTANT_INNOVATIONS: f64 = 100.0;
 
-/// What becomes of a sample.
+/// Verdict on a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Verdict<T> {
     /// The Kalman filter takes it.
@@ -91,11 +91,11 @@ pub(super) enum Verdict<T> {
     Corrected(T),
     /// An outlier: what is left of the gain, and of `S K Kᵀ` in the fall of the covariance.
     Damped(T, T),
-    /// What was taken for outliers is a step of the signal.
+    /// The outliers are a step of the signal.
     Exit,
 }
 
-/// Innovations so far, which the class of the next one rests on.
+/// Innovations to date, which the class of the next one rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Gate<T> {
     pub law: RobustParams,
@@ -232,7 +232,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
 /// Recursive mean and variance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Moments<T> {
-    /// How many they rest on.
+    /// Number of samples behind them.
     pub count: T,
     pub mean: T,
     pub variance: T,

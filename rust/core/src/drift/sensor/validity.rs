@@ -1,4 +1,4 @@
-//! What the model of a sensor can be after any ticks.
+//! Validity of a sensor model's state.
 
 use super::{Block, Interim, SensorModel, TickNoise};
 use crate::math::validity::{is_size, is_within};
@@ -6,7 +6,7 @@ use crate::math::{Limits, Real};
 use crate::rest::MIN_SAMPLES;
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
-    /// Whether ticks of `length` samples can have made it.
+    /// True if ticks of `length` samples can have made it.
     pub(crate) fn is_valid(&self, length: T, known_scale: Option<f64>, rate: f64) -> bool {
         let reach = self.scaling.reach() + self.scaling.reach();
         let fresh = Self::new(self.scaling, length, T::one(), rate);
@@ -44,7 +44,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Block<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Interim<T> {
-    /// Whether a model can have reported it.
+    /// True if a model can have reported it.
     pub(crate) fn is_valid(&self) -> bool {
         is_size(self.gain, T::one()) && is_size(self.most, T::MAX_RAW)
     }

@@ -20,7 +20,7 @@ pub type Products = [[f64; COLUMNS]; COLUMNS];
 
 const EMPTY: Line = [0.0; HISTORY + BLOCK];
 
-/// What a pass over a record sums up.
+/// Sums of a pass over a record.
 #[derive(Debug, Clone)]
 pub struct Sums {
     /// Of any two columns, the lower triangle.

@@ -245,7 +245,7 @@ fn add_lanes<S: Simd>(simd: S, sums: &[S::f64s; PACKS], total: &mut [f64; LANES]
     }
 }
 
-/// What is left of an impulse once it no longer counts next to noise of unit size.
+/// Size at which an impulse no longer counts next to noise of unit size.
 const MIN_IMPULSE: f64 = 1e-18;
 
 /// One pass over a record: residuals, their derivatives, and all products of these.
@@ -309,9 +309,9 @@ impl<const Q: usize> WithSimd for Sweep<'_, Q> {
 }
 
 impl<const Q: usize> Sweep<'_, Q> {
-    /// What is before a segment is taken as zero: its samples at the mean of the record, and no
-    /// innovations. Were a single sample taken for the level, its noise would stay as long as the
-    /// drift's, and no faint drift would be worth it.
+    /// Samples before a segment are zero: at the mean of the record, and without innovations. Were
+    /// a single sample used as the level, its noise would stay as long as the drift's, and no
+    /// faint drift would be worth it.
     #[inline(always)]
     fn add_segment<S: Simd>(&self, simd: S, y: &[f64], lines: &mut Lines, total: &mut Sums) {
         let recursion = Recursion::<S, Q>::new(simd, self.theta);

@@ -7,14 +7,14 @@ pub trait Problem {
     /// Normal equations at a point.
     fn normal(&self, point: &[f64]) -> Normal;
 
-    /// How far from zero each coordinate may go.
+    /// Largest absolute value of each coordinate.
     fn bounds(&self) -> &[f64];
 
     /// Number of residuals.
     fn count(&self) -> usize;
 }
 
-/// How a search ended.
+/// End of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     /// At a minimum, as far as rounding can tell.
@@ -25,17 +25,17 @@ pub enum End {
     Unfinished,
 }
 
-/// Where a search ended.
+/// Result of a search.
 #[derive(Debug, Clone)]
 pub struct Descent {
     pub point: Vec<f64>,
     pub normal: Normal,
     pub end: End,
-    /// How often the sum of squares was taken.
+    /// Number of evaluations of the sum of squares.
     pub evaluations: usize,
 }
 
-/// When to stop.
+/// Conditions for a stop.
 #[derive(Debug, Clone, Copy)]
 pub struct Stop {
     /// Length of a Newton step in standard errors.
@@ -52,7 +52,7 @@ const MIN_DECREASE: f64 = 1e-2;
 /// Sums of squares whose relative difference is less are equal: what rounding makes of a million
 /// terms.
 const ROUNDING: f64 = 1e-12;
-/// A coordinate moves at most so far in a step; none needs more where the model is good.
+/// Largest move of a coordinate in a step; none needs more where the model is good.
 const MAX_MOVE: f64 = 3.0;
 /// The first radius, in deviations of the residuals: a coefficient moves by that much.
 const INITIAL_RADIUS: f64 = 0.3;
@@ -208,7 +208,7 @@ impl Normal {
     }
 }
 
-/// What brings the diagonal to one; a column of zeros is left as it is.
+/// The scale that brings the diagonal to one; a column of zeros is left as it is.
 fn scale(gram: &DMatrix<f64>) -> DVector<f64> {
     gram.diagonal().map(|square| if square > 0.0 { square.sqrt().recip() } else { 1.0 })
 }
@@ -231,7 +231,7 @@ pub struct Step {
     pub step: DVector<f64>,
     /// Length in scaled coordinates.
     pub length: f64,
-    /// How much lower the model is there.
+    /// Decrease of the model there.
     pub decrease: f64,
 }
 
@@ -239,7 +239,7 @@ pub struct Step {
 const MIN_CURVATURE: f64 = 1e-14;
 
 impl Model {
-    /// How much lower the model is at its minimum, infinite where it has none.
+    /// The decrease of the model at its minimum, infinite where it has none.
     pub fn largest_decrease(&self) -> f64 {
         if self.is_convex() { self.at(0.0).decrease } else { f64::INFINITY }
     }

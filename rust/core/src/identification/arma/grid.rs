@@ -38,7 +38,7 @@ pub struct Cell {
     pub coefficients: Vec<f64>,
     /// Sum of the squared residuals over their number, in the square of the record's unit.
     pub sigma2: f64,
-    /// Whether the search came to its end.
+    /// True if the search came to its end.
     pub converged: bool,
     /// Passes over the record, of all searches at this order.
     pub evaluations: usize,
@@ -153,7 +153,7 @@ fn search_guided(
     (best, evaluations)
 }
 
-/// Whether a search that is predicted to end lower by `decrease` will not end lower than `best`, or
+/// True if a search that is predicted to end lower by `decrease` will not end lower than `best`, or
 /// not elsewhere.
 fn is_futile(at: &Descent, decrease: f64, best: &Descent, count: usize) -> bool {
     let between = DVector::from_iterator(

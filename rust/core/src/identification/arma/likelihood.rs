@@ -7,7 +7,7 @@ use crate::work;
 /// Samples whose squares are summed by themselves, so that a million sum up precisely.
 const BLOCK: usize = 512;
 
-/// What the likelihood of a record is made of.
+/// Parts of a record's likelihood.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Likelihood {
     /// Of the innovations over their deviations at unit variance.

@@ -129,7 +129,7 @@ fn information(problem: &Exact<'_>, point: &[f64], normal: &Normal) -> Option<DM
 /// error, of the order of the width squared, and that of rounding are both near 1e-10.
 const WIDTH: f64 = 1e-5;
 
-/// How far a search goes: partial autocorrelations of 1 - 2e-7. Beyond, the variance of the
+/// Bound of the search: partial autocorrelations of 1 - 2e-7. Beyond, the variance of the
 /// stationary state is lost in rounding.
 const MAX_COORDINATE: f64 = 8.0;
 
@@ -200,12 +200,12 @@ impl<'a> Exact<'a> {
         })
     }
 
-    /// Whether rounding leaves the model stationary, at a point and on both sides of it.
+    /// True if rounding leaves the model stationary, at a point and on both sides of it.
     fn is_stationary(&self, point: &[f64]) -> bool {
         self.models(point).all(|(phi, _, _)| partial::partials(&phi).is_some())
     }
 
-    /// Where a model is not stationary, infinitely high: no search goes there.
+    /// Infinite where a model is not stationary: no search goes there.
     fn normal_of_size<const R: usize>(&self, point: &[f64]) -> Normal {
         let filters = self.models(point).map(|(phi, theta, mean)| {
             let filter = Kalman::<R>::new(&phi, &theta)?;

@@ -33,7 +33,7 @@ pub const MAX_ORDER: usize = 8;
 /// coefficients.
 const FINE_STOP: Stop = Stop { step: 1e-6, evaluations: 60, patience: usize::MAX };
 
-/// What a fit minimises.
+/// Objective of a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
     /// The sum of the squares of the conditional residuals.
@@ -63,9 +63,9 @@ pub struct Estimate {
     pub log_likelihood: f64,
     /// Condition number of the normal equations scaled to a unit diagonal.
     pub condition: f64,
-    /// Whether the search reached a minimum.
+    /// True if the search reached a minimum.
     pub converged: bool,
-    /// Whether a root of `φ`, and whether one of `θ`, lies on the unit circle.
+    /// True if a root of `φ`, and whether one of `θ`, lies on the unit circle.
     pub on_circle: (bool, bool),
     /// Passes over the record at the last order.
     pub evaluations: usize,

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::identification::autoregression::step_up;
 
-/// Where a search ends: partial autocorrelations of 1 - 1e-10.
+/// Bound of the search: partial autocorrelations of 1 - 1e-10.
 pub const MAX_COORDINATE: f64 = 12.0;
 
 /// Partial autocorrelations this near to one count as lying on the unit circle.
@@ -71,7 +71,7 @@ pub fn negated(coefficients: &[f64]) -> Vec<f64> {
     coefficients.iter().map(|x| -x).collect()
 }
 
-/// Whether a root lies on the unit circle as far as a search can tell.
+/// True if a root lies on the unit circle as far as a search can tell.
 pub fn on_circle(phi: &[f64]) -> bool {
     partials(phi).is_none_or(|r| r.iter().any(|r| r.abs() > 1.0 - UNIT_CIRCLE_DISTANCE))
 }

@@ -11,9 +11,9 @@ pub struct Series {
     /// NaN where a sample is missing.
     pub(super) values: Vec<f64>,
     pub(super) segments: Vec<Range<usize>>,
-    /// What was taken off the samples, zero if they are not to be centred.
+    /// Offset subtracted from the samples, zero if they are not to be centred.
     pub(super) origin: f64,
-    /// What the samples were then divided by.
+    /// Divisor of the samples after that.
     pub(super) unit: f64,
     pub(super) present: usize,
 }
@@ -30,7 +30,7 @@ impl Series {
         Self { values, segments, origin, unit, present }
     }
 
-    /// How many residuals there are when each segment gives up its first `skip` samples.
+    /// The number of residuals when each segment gives up its first `skip` samples.
     pub fn residuals(&self, skip: usize) -> usize {
         self.segments.iter().map(|segment| segment.len().saturating_sub(skip)).sum()
     }

@@ -1,4 +1,4 @@
-//! The sum of squares by a record's spectrum: a guide that costs little beside a pass.
+//! The sum of squares by a record's spectrum: a guide that costs little compared with a pass.
 //!
 //! Of a long record the residuals' sum of squares is `Σ P |φ|²/|θ|²` over its periodogram `P`, but
 //! for what its two ends do; neighbouring frequencies are taken together, for no model of low order
@@ -69,7 +69,7 @@ impl Spectrum {
         scale.is_finite().then_some(Self { power, delays, arch: Arch::new() })
     }
 
-    /// What a pass over the record would sum up, with the constant that makes the mean zero.
+    /// The sums of a pass over the record, with the constant that makes the mean zero.
     fn sums(&self, phi: &[f64], theta: &[f64], count: f64) -> Sums {
         let by_lag = self.arch.dispatch(Lagged { spectrum: self, phi, theta });
         let (p, q) = (phi.len(), theta.len());

@@ -113,7 +113,7 @@ impl Factor {
         (first..self.size()).rev().find(|&j| self.is_rounding(j)).map(|j| j + 1 - first)
     }
 
-    /// Whether y_t follows from the samples before it.
+    /// True if y_t follows from the samples before it.
     fn is_noiseless(&self) -> bool {
         self.is_rounding(self.size())
     }
@@ -185,7 +185,7 @@ fn inverse_of_upper(upper: &DMatrix<f64>) -> DMatrix<f64> {
     inverse
 }
 
-/// Rows taken in at once, as a multiple of the columns: the triangle found so far goes along.
+/// Rows taken in at once, as a multiple of the columns: the triangle found to date goes along.
 const DEPTH: usize = 16;
 
 /// Triangle of the rows `[1, y_(t-1), ..., y_(t-order), y_t]`, the first only if asked for: slower

@@ -19,7 +19,7 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// Matrices that a fit has at a time.
 const MATRICES: usize = 8;
 
-/// How an autoregression is estimated.
+/// Estimator of an autoregression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Estimator {
     /// Least squares over all samples with enough others before them (the covariance method).
@@ -151,7 +151,7 @@ impl NearFit {
     }
 }
 
-/// Why a record cannot be fitted at the order asked for.
+/// Reason why a record cannot be fitted at the requested order.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FitError {
@@ -161,7 +161,7 @@ pub enum FitError {
     /// All samples are the same.
     #[error("an autoregression needs samples that differ, all {count} are {value}")]
     Equal {
-        /// How many there are.
+        /// Number of samples.
         count: usize,
         /// Their value.
         value: f64,
@@ -182,9 +182,9 @@ pub enum FitError {
     Residuals {
         /// The order.
         order: usize,
-        /// How many it needs.
+        /// Number of samples needed.
         least: usize,
-        /// How many there are.
+        /// Number of samples.
         n: usize,
     },
     /// A sample follows from those before it, up to rounding.
@@ -207,7 +207,7 @@ pub enum FitError {
 /// Below this, what is left of a sum of squares may have lost digits to underflow.
 const MIN_ENERGY: f64 = 1e-260;
 
-/// Whether a model can be fitted to a record of `n` residuals and a sum of squares `energy`.
+/// True if a model can be fitted to a record of `n` residuals and a sum of squares `energy`.
 fn check(
     record: &[f64],
     order: usize,

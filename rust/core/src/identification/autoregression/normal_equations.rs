@@ -14,9 +14,9 @@ const BLOCK: usize = 2048;
 #[derive(Debug, Clone)]
 pub struct NormalEquations {
     order: usize,
-    /// How many samples are summed.
+    /// Number of summed samples.
     n: usize,
-    /// How many samples there are.
+    /// Number of present samples.
     present: usize,
     /// Of y_t y_(t-j); beyond the order, up to a multiple of a tile, nothing that is used.
     products: Vec<f64>,
@@ -24,7 +24,7 @@ pub struct NormalEquations {
     early: Vec<f64>,
     /// Of y_t.
     sum: f64,
-    /// What a sum of products y_(t-i) y_(t-j), and of y_(t-i), gains one lag further back.
+    /// Terms that a sum of products y_(t-i) y_(t-j), and of y_(t-i), gains one lag further back.
     edges: DMatrix<f64>,
     edge_sums: Vec<f64>,
 }
@@ -57,12 +57,12 @@ impl NormalEquations {
         }
     }
 
-    /// How many samples have `order` others before them in their segment.
+    /// The number of samples with `order` others before them in their segment.
     pub fn n(&self) -> usize {
         self.n
     }
 
-    /// How many samples there are.
+    /// The number of present samples.
     pub fn present(&self) -> usize {
         self.present
     }
@@ -147,7 +147,7 @@ impl NormalEquations {
     }
 }
 
-/// What a pass over a record needs.
+/// Working memory of a pass over a record.
 struct Pass {
     centre: Centre,
     order: usize,
@@ -182,7 +182,8 @@ impl Pass {
 /// Samples whose mean is near enough to the record for its products to keep their digits.
 const MEAN_SAMPLES: usize = 256;
 
-/// What is taken off every sample, in two parts: next to a large offset one number is too coarse.
+/// Offset subtracted from every sample, in two parts: next to a large offset one number is too
+/// coarse.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Centre {
     origin: f64,

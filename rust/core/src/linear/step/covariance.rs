@@ -142,7 +142,7 @@ impl<S: Size> OnRows for Transform<'_, S> {
 #[inline(always)]
 #[expect(
     clippy::too_many_arguments,
-    reason = "parts of a structure would be read anew after each write, which few states would feel"
+    reason = "parts of a structure would be reread after each write, which few states would feel"
 )]
 fn transform_by<S: Size, F: Fours>(
     fours: F,

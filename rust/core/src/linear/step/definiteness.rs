@@ -1,4 +1,4 @@
-//! Whether a covariance is positive semidefinite, and its repair after rounding.
+//! Test of a covariance for positive semidefiniteness, and its repair after rounding.
 #![allow(non_snake_case)]
 
 use nalgebra::ComplexField;
@@ -11,7 +11,7 @@ pub(super) fn shrink(P: &mut [f64], factor: f64) {
     P.iter_mut().for_each(|p| *p *= factor);
 }
 
-/// Whether P and `tolerance` times its diagonal are a covariance, by elimination: no size of a state
+/// True if P and `tolerance` times its diagonal are a covariance, by elimination: no size of a state
 /// hides another one. A state without variance must have no covariances.
 #[inline(always)]
 pub(in crate::linear) fn is_semidefinite(

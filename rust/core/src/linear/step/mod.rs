@@ -33,8 +33,8 @@ pub const MAX_STATE: f64 = 1e150;
 const MIN_PIVOT: f64 = 1e-100;
 /// Variance too small to be computed with.
 pub(super) const MIN_VARIANCE: f64 = 1e-250;
-/// What one rounding costs, relative to the terms of a sum; and what may have cost a covariance its
-/// definiteness, relative to its variances, a state.
+/// Error of one rounding, relative to the terms of a sum; and the loss that may have cost a
+/// covariance its definiteness, relative to its variances, a state.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Channels of one covariance that are taken at once.
 pub(super) const LANES: usize = 4;

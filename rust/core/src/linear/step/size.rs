@@ -10,7 +10,7 @@ pub(in crate::linear) trait Size: Copy {
     /// how many.
     type Column<'a, T: Copy + 'a>: AsMut<[T]>;
     type Row<'a, T: Copy + 'a>: AsMut<[T]>;
-    /// Whether so little is done for them that a call would take longer.
+    /// True if so little is done for them that a call would take longer.
     const IS_SMALL: bool;
 
     fn n(self) -> usize;

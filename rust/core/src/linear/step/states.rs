@@ -9,7 +9,7 @@ use super::covariance::Weighed;
 use super::size::{Size, Work};
 use super::{LANES, MAX_SAMPLE, MAX_STATE};
 
-/// What a step does to the states of channels with one covariance.
+/// Effect of a step on the states of channels with one covariance.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::linear) struct Advance<'a> {
     /// F, B and the inputs, p a channel, of a prediction.
@@ -18,7 +18,7 @@ pub(in crate::linear) struct Advance<'a> {
     pub correct: Option<(&'a [f64], &'a [f64], Option<Weighed>)>,
 }
 
-/// What becomes of channels: states, innovations, sums of the squares of the whitened innovations,
+/// Outputs of channels: states, innovations, sums of the squares of the whitened innovations,
 /// log-likelihoods.
 #[derive(Debug)]
 pub(in crate::linear) struct ChannelOutputs<'a> {
@@ -58,7 +58,7 @@ pub(in crate::linear) fn advance_several<S: Size>(
     }
 }
 
-/// What [`correct_covariance`] leaves for the states.
+/// Results of [`correct_covariance`] for the states.
 #[derive(Debug, Clone, Copy)]
 struct Gain<'a> {
     counts: &'a [bool],
@@ -245,7 +245,7 @@ impl Lanes for f64x4 {
     }
 }
 
-/// Whether a measurement or an input is there.
+/// True if a measurement or an input is there.
 #[inline(always)]
 pub(in crate::linear) fn is_known(z: f64) -> bool {
     z.abs() <= MAX_SAMPLE

@@ -1,4 +1,4 @@
-//! Where the filter of a foot begins: at rest, or in motion.
+//! Beginning of a foot's filter: at rest, or in motion.
 
 use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -12,14 +12,14 @@ const ACCEL_BIAS_SIGMA_M_S2: f64 = 0.1;
 const LEVEL_SIGMAS_RAD: [f64; 2] = [0.3 * DEGREE, 3.0 * DEGREE];
 const VELOCITY_SIGMAS_M_S: [f64; 2] = [0.01, 1.0];
 
-/// What is known of a gyro and an accelerometer at rest.
+/// Estimates of a gyro and an accelerometer at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct AtRest {
     pub gyro_bias: Vector3<f64>,
     pub force: f64,
 }
 
-/// Where the filter begins.
+/// Beginning of the filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Beginning {
     pub attitude: Matrix3<f64>,
@@ -65,7 +65,7 @@ impl Beginning {
     }
 }
 
-/// Whether a force may be gravity.
+/// True if a force may be gravity.
 pub(super) fn is_gravity(size: f64) -> bool {
     (size - GRAVITY).abs() < MAX_GRAVITY_ERROR_M_S2
 }

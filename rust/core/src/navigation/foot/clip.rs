@@ -14,7 +14,7 @@ const RUN_SHARE: f64 = 0.965;
 /// Seconds at the limit, and how many there must be of those below it.
 const MIN_LIMIT_S: f64 = 0.1;
 const MIN_LIMIT_RATIO: f64 = 0.5;
-/// What flanks must promise beyond the limit, on average, as a part of it.
+/// Smallest mean excess over the limit that flanks must predict, as a part of it.
 const MIN_EXCESS: f64 = 0.015;
 /// A run that lasts longer, s, is no peak: no cubic knows what it was.
 const MAX_RUN_S: f64 = 0.5;

@@ -1,4 +1,5 @@
-//! What the flanks of a clipped run promise: a cubic through the samples next to it, with their slopes.
+//! Prediction from the flanks of a clipped run: a cubic through the samples next to it, with their
+//! slopes.
 
 /// A restored rate is at most so many limits, and wrong by these parts: of what was added, and of the
 /// limit.

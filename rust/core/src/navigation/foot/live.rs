@@ -34,18 +34,18 @@ const MAX_RANGE: f64 = 1e4;
 const MAX_RATE_HZ: f64 = 1200.0;
 const MAX_BOUND: f64 = 1e9;
 
-/// What a person chooses.
+/// Parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FootParams {
     /// Samples a second.
     pub rate: f64,
-    /// Whether the floor is level, steps excepted.
+    /// True if the floor is level, steps excepted.
     pub level: bool,
     /// Rates from about here on the gyro cannot tell, rad/s.
     pub gyro_range: Option<f64>,
 }
 
-/// What follows from it.
+/// Derived numbers of samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Lengths {
     dt: f64,
@@ -71,7 +71,7 @@ struct Standing {
     count: u64,
 }
 
-/// Where a sensor on a foot is, sample by sample.
+/// Position of a sensor on a foot, sample by sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FootFilter {
     params: FootParams,
@@ -88,12 +88,12 @@ pub struct FootFilter {
     /// The lowest bound of the first second.
     least: f64,
     still: Still,
-    /// Whether it began in a rest.
+    /// True if it began in a rest.
     rested: bool,
     /// A rest that has ended, for the next node.
     rest: Option<RestMean>,
     standing: Standing,
-    /// The largest rate about an axis so far, rad/s.
+    /// The largest rate about an axis to date, rad/s.
     fastest: f64,
 }
 
@@ -175,8 +175,8 @@ impl FootFilter {
         samples as f64 * self.lengths.dt
     }
 
-    /// Whether it begins here, for nothing is known, or it moves less than at any sample of the first
-    /// second so far.
+    /// True if it begins here, for nothing is known, or it moves less than at any sample of the first
+    /// second to date.
     fn begins(&mut self, k: u64) -> bool {
         let lower = self.bound < self.least && self.seconds(k) < START_WINDOW_S && !self.rested;
         if lower {
@@ -280,7 +280,7 @@ impl FootFilter {
         past && self.params.level
     }
 
-    /// What was chosen.
+    /// The parameters.
     pub fn params(&self) -> &FootParams {
         &self.params
     }
@@ -290,7 +290,7 @@ impl FootFilter {
         self.seconds(self.lengths.late)
     }
 
-    /// Where it is: ahead, left and up of where it began, m; NaN where that is not known.
+    /// The position: ahead, left and up of the start, m; NaN where it is not known.
     #[inline]
     pub fn position(&self) -> [f64; 3] {
         self.walker.as_ref().map_or([f64::NAN; 3], |walker| flipped(walker.position()))
@@ -325,12 +325,12 @@ impl FootFilter {
         self.walker.as_ref().map_or([f64::NAN; STATES], |walker| walker.filter.sigma)
     }
 
-    /// Whether the foot stood at the last node.
+    /// True if the foot stood at the last node.
     pub fn is_standing(&self) -> bool {
         self.standing.stood
     }
 
-    /// Whether it has stood still for half a second, and the gyro's bias can be estimated.
+    /// True if it has stood still for half a second, and the gyro's bias can be estimated.
     pub fn is_at_rest(&self) -> bool {
         self.still.is_resting()
     }
@@ -340,12 +340,12 @@ impl FootFilter {
         self.bound
     }
 
-    /// Stances so far.
+    /// Stances to date.
     pub fn stances(&self) -> u64 {
         self.standing.count
     }
 
-    /// The largest rate about an axis so far, rad/s: a foot turns by more than 1.75.
+    /// The largest rate about an axis to date, rad/s: a foot turns by more than 1.75.
     pub fn fastest(&self) -> f64 {
         self.fastest
     }
@@ -355,7 +355,7 @@ impl FootFilter {
         self.walker.as_ref().map_or(0, |walker| walker.rejections)
     }
 
-    /// Samples given so far, missing ones included.
+    /// Samples to date, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.samples
     }

@@ -70,13 +70,13 @@ fn samples_in(seconds: f64, dt: f64) -> usize {
     (whole + usize::from(up)).max(1)
 }
 
-/// Whether the foot may stand where the bound is so, with the lowest one round about.
+/// True if the foot may stand where the bound is so, with the lowest one round about.
 fn may_stand(bound: f64, low: f64) -> bool {
     bound < MAX_VALLEY_RATIO * if low > MIN_VALLEY_SPEED_M_S { low } else { MIN_VALLEY_SPEED_M_S }
         && bound < MAX_VALLEY_SPEED_M_S
 }
 
-/// Where something holds without a break: first and past the last.
+/// Runs in which something holds without a break: first and past the last.
 #[cfg(feature = "std")]
 fn runs(n: usize, holds: impl Fn(usize) -> bool) -> impl Iterator<Item = (usize, usize)> {
     let mut k = 0;

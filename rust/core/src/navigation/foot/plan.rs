@@ -1,4 +1,4 @@
-//! What is looked up in a whole recording before the filter runs over it.
+//! Search of a whole recording before the filter runs over it.
 
 use nalgebra::Vector3;
 
@@ -18,21 +18,21 @@ use crate::navigation::filter::MAX_SAMPLE;
 /// The lowest bound round about, s.
 const NEIGHBOURHOOD_S: f64 = 0.7;
 
-/// What a person chooses.
+/// Parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Feet {
-    /// Whether the floor is level, steps excepted.
+    /// True if the floor is level, steps excepted.
     pub level: bool,
-    /// Whether rates that the gyro clipped are restored.
+    /// True if rates that the gyro clipped are restored.
     pub restore: bool,
 }
 
-/// Where the foot stands: first sample and past the last, of nodes of the covariance.
+/// Stance of the foot: first sample and past the last, of nodes of the covariance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stance {
     /// First and past the last.
     pub samples: (usize, usize),
-    /// Where the bound is lowest.
+    /// Index of the lowest bound.
     pub lowest: usize,
 }
 
@@ -44,24 +44,24 @@ pub struct Plan {
     pub gyro: Vec<[f64; 3]>,
     /// See `gyro`.
     pub accel: Vec<[f64; 3]>,
-    /// What restored rates are wrong by: density of a white noise, rad²/s.
+    /// Error of restored rates: density of a white noise, rad²/s.
     pub variance: Vec<f64>,
     /// The speed bound, m/s.
     pub bound: Vec<f64>,
-    /// What was clipped.
+    /// Clipped runs.
     pub clipped: Vec<Clipped>,
     /// In their order; one at the start is among them.
     pub static_intervals: Vec<StaticInterval>,
-    /// Where the foot may stand, whether or not the filter believes it.
+    /// Possible stances, accepted by the filter or not.
     pub stances: Vec<Stance>,
-    /// Whether each node is one of a stance.
+    /// True if each node is one of a stance.
     pub(super) stands: Vec<bool>,
     /// The mean step, s.
     pub(super) dt: f64,
     /// Samples between two nodes.
     pub(super) every: usize,
     pub(super) beginning: Beginning,
-    /// Whether the first of the rests is at the start.
+    /// True if the first of the rests is at the start.
     pub(super) rested: bool,
 }
 
@@ -185,7 +185,7 @@ fn in_motion(bound: &[f64], accel: &[[f64; 3]], dt: f64) -> Beginning {
     Beginning::in_motion(&mean(&accel[window]))
 }
 
-/// Whether the foot may stand at each node.
+/// True if the foot may stand at each node.
 fn standing(bound: &[f64], every: usize, round: usize) -> Result<Vec<bool>, Error> {
     let n = bound.len();
     let mut found = memory::room(n / every)?;

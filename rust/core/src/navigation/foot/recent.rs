@@ -18,7 +18,7 @@ const SLOTS: u64 = (ROW * ROWS) as u64;
 pub(super) const MAX_HALF: u64 = 30;
 /// Part of the range above which a rate counts as clipped.
 const CLIPPING_SHARE: f64 = 0.965;
-/// What a clipped rate is wrong by before its flanks are known, as a part of the range.
+/// Error of a clipped rate before its flanks are known, as a part of the range.
 const UNKNOWN_RATE_SHARE: f64 = 0.2;
 /// Bounds of a valid state: seconds, and squares and densities of what samples can be.
 const MAX_TIME_S: f64 = 4e9;
@@ -29,9 +29,9 @@ const MAX_SQUARE: f64 = 1e12;
 pub(super) struct Slot {
     pub gyro: Vector3<f64>,
     pub accel: Vector3<f64>,
-    /// Which of them is missing.
+    /// Mask of missing sensors.
     pub missing: [bool; 2],
-    /// What a clipped rate is wrong by: density of a white noise, rad²/s.
+    /// Error of a clipped rate: density of a white noise, rad²/s.
     pub variance: f64,
     /// The square of what is not gravity in the force.
     pushed: f64,
@@ -52,7 +52,7 @@ struct Run {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Recent {
     slots: [[Slot; ROW]; ROWS],
-    /// Samples so far, from the first one of which both sensors are known.
+    /// Samples to date, from the first one of which both sensors are known.
     count: u64,
     /// Last known rate and force, and seconds since.
     last: [Option<Vector3<f64>>; 2],
@@ -170,7 +170,7 @@ impl Recent {
         window.map(|i| self.slot(i).accel).sum::<Vector3<f64>>() / count as f64
     }
 
-    /// What the last sample tells of rates that an axis clips.
+    /// Updates the rates that an axis clips by the last sample.
     fn look_at_clip(&mut self, axis: usize, range: f64, dt: f64, late: u64) {
         let k = self.count - 1;
         let x = self.slot(k).gyro[axis];
@@ -228,7 +228,7 @@ impl Recent {
             && self.ages.iter().all(|age| is_size(*age, MAX_TIME_S))
     }
 
-    /// Samples so far.
+    /// Samples to date.
     pub fn count(&self) -> u64 {
         self.count
     }

@@ -12,7 +12,7 @@ const MIN_INTERVAL_S: f64 = 0.5;
 /// Parts of a long interval that are tried: its length over this apart.
 const INTERVAL_STEPS: usize = 40;
 
-/// Where the sensor rests.
+/// Static interval of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StaticInterval {
     /// First sample and past the last.

@@ -1,4 +1,4 @@
-//! Rests while samples arrive: of a still interval the part that tells its mean rate best so far.
+//! Rests while samples arrive: of a still interval the part that tells its mean rate best to date.
 
 use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ pub(super) const MAX_STILL_SPEED_M_S: f64 = 0.01;
 /// A block, s, and how many there must be.
 pub(super) const BLOCK_S: f64 = 0.1;
 pub(super) const MIN_BLOCKS: usize = 5;
-/// What a mean over a second is wrong by at least, and any; above the last it is none: rad/s.
+/// Smallest error of a mean over a second, and the largest; above the last it is no rest: rad/s.
 pub(super) const MIN_SECOND_SIGMA_RAD_S: f64 = 0.02 * DEGREE;
 pub(super) const MIN_SIGMA_RAD_S: f64 = 0.01 * DEGREE;
 pub(super) const MAX_SIGMA_RAD_S: f64 = 0.2 * DEGREE;
@@ -44,7 +44,7 @@ impl Means {
         Self { rate: Vector3::new(0.0, 0.0, 0.0), force: Vector3::new(0.0, 0.0, 0.0) };
 }
 
-/// What a sample tells of rests.
+/// News of a sample on rests.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum News {
     None,
@@ -79,7 +79,7 @@ impl Still {
         self.since
     }
 
-    /// Whether a part of it is a rest.
+    /// True if a part of it is a rest.
     pub fn is_resting(&self) -> bool {
         self.best.is_some()
     }
@@ -115,7 +115,7 @@ impl Still {
         self.test(f64::from(size) * dt)
     }
 
-    /// Whether one of the parts that end with this block is better than any before.
+    /// True if one of the parts that end with this block is better than any before.
     fn test(&mut self, seconds: f64) -> News {
         let most = if self.count < MAX_BLOCKS as u64 { self.count as usize } else { MAX_BLOCKS };
         let block = |back: usize| {

@@ -19,7 +19,7 @@ pub struct Walk<'a> {
     rest: usize,
 }
 
-/// What was known after each sample.
+/// State after each sample.
 #[derive(Debug)]
 pub struct Trodden<'a> {
     /// From where it began, m: ahead, right and down of where the sensor's first axis looked.
@@ -52,7 +52,7 @@ impl<'a> Walk<'a> {
         Ok(Self { plan, level, walker, stance: 0, rest: usize::from(plan.rested) })
     }
 
-    /// Stances' nodes that were not believed so far.
+    /// Stances' nodes that were not believed to date.
     pub fn rejections(&self) -> u64 {
         self.walker.rejections
     }

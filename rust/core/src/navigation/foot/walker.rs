@@ -37,7 +37,7 @@ const WRONG_LEVEL_VARIANCE_RAD2: f64 = 1e-3;
 /// The same floor, m, and its deviation, m.
 const MAX_FLOOR_STEP_M: f64 = 0.1;
 const FLOOR_SIGMA_M: f64 = 0.02;
-/// How fast a foot goes while nothing is known of it, m/s.
+/// Standard deviation of a foot's velocity while it is unknown, m/s.
 const UNKNOWN_SPEED_M_S: f64 = 2.0;
 /// Bounds of a valid state: heights, m, and times, s.
 const MAX_HEIGHT_M: f64 = 3e6;
@@ -53,7 +53,7 @@ pub(super) struct Walker {
     floor: Option<f64>,
     /// Additional noise since the last node, rad² and m²/s².
     extra: [f64; 2],
-    /// When the filter was lost, s; NaN before it ever was.
+    /// Time at which the filter was lost, s; NaN before it ever was.
     lost: f64,
 }
 
@@ -174,7 +174,7 @@ impl Walker {
         self.filter.navigating
     }
 
-    /// Takes what was found out of the motion.
+    /// Subtracts estimated errors from the motion.
     #[inline(always)]
     pub fn apply<W: Observer>(&mut self, found: &Errors, observer: &mut W) {
         let was = self.filter.navigating;
@@ -221,7 +221,7 @@ impl Walker {
         true
     }
 
-    /// The height of the floor so far, once a stance.
+    /// The height of the floor to date, once a stance.
     pub fn take_floor(&mut self, found: &mut Errors) -> bool {
         let down = -self.filter.motion.height;
         let here = down - found[R + 2];
@@ -252,7 +252,7 @@ impl Walker {
         }
     }
 
-    /// Where it is: ahead, right and down of where it began, m; NaN where that is not known.
+    /// The position: ahead, right and down of the start, m; NaN where it is not known.
     pub fn position(&self) -> [f64; 3] {
         match self.filter.navigating {
             true => self.filter.motion.offset_from([0.0; 3]).into(),
@@ -260,7 +260,7 @@ impl Walker {
         }
     }
 
-    /// Whether samples can have led here.
+    /// True if samples can have led here.
     pub fn is_valid(&self) -> bool {
         self.filter.is_valid()
             && is_size(self.rejected, 2.0 * MAX_REJECTION_S)
@@ -283,7 +283,7 @@ impl NavigationFilter {
         observer.record_start(&self.covariance, &self.motion);
     }
 
-    /// Takes the velocity for zero, with this noise; what is known of the gyro's bias stays. Returns
+    /// Corrects by zero velocity, with this noise; the estimate of the gyro's bias stays. Returns
     /// what was new, normalised and squared.
     fn take_standing(&mut self, noise: f64, found: &mut Errors) -> f64 {
         let z = self.motion.velocity;

@@ -1,11 +1,11 @@
-//! What a start-up and its scaling can be after any samples.
+//! Validity of a start-up and its scaling.
 
 use super::{Scaling, Startup};
 use crate::math::validity::{is_size, is_within};
 use crate::math::{Limits, Real};
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
-    /// Whether at most `samples_seen` samples can have made it of `fresh`.
+    /// True if at most `samples_seen` samples can have made it of `fresh`.
     pub(crate) fn is_after(&self, fresh: &Self, samples_seen: u64) -> bool {
         if self.samples == 0 {
             return self == fresh;
@@ -37,7 +37,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Scaling<T> {
-    /// Whether a start-up can have found it.
+    /// True if a start-up can have found it.
     pub(crate) fn is_valid(&self, known_scale: Option<f64>) -> bool {
         let most = T::MAX_RAW * T::of(4.0);
         let most = known_scale.map_or(most, |scale| T::of(scale).at_least(most));

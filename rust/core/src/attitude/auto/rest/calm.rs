@@ -9,7 +9,8 @@ use super::{DEGREE, Seen};
 use crate::math::validity::is_size;
 use crate::rest::quiet::FIRST_DIRECTION_TICKS;
 
-/// How much louder than the calmest rest another may be, and a single tick off its mean: squared.
+/// Largest ratio of a rest's noise to the calmest rest's, and of a single tick's distance from its
+/// mean: squared.
 const MAX_NOISE_RATIO: f64 = 9.0;
 const MAX_TICK_RATIO: f64 = 16.0;
 /// The same, squared, of the mean of half a second, which the mean of a long candidate hides; ticks of
@@ -25,7 +26,7 @@ const MIN_ACCEL_M_S2: f64 = 0.003;
 /// Seconds of rest from which on a floor is learned.
 const MIN_LEARNING_S: f64 = 2.0;
 
-/// Spread of the ticks' means in the calmest rest so far, squared; zero before the first.
+/// Spread of the ticks' means in the calmest rest to date, squared; zero before the first.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Calm {
     gyro: f64,
@@ -35,7 +36,7 @@ pub struct Calm {
 }
 
 impl Calm {
-    /// Whether a floor is known.
+    /// True if a floor is known.
     pub fn is_known(&self) -> bool {
         self.gyro > 0.0
     }
@@ -47,7 +48,7 @@ impl Calm {
         self.accel = (self.accel * grown).min(MAX_ACCEL_SPREAD_M_S2 * MAX_ACCEL_SPREAD_M_S2);
     }
 
-    /// Whether what may be a rest is as calm as rests of this sensor are.
+    /// True if what may be a rest is as calm as rests of this sensor are.
     pub fn holds(&self, rest: &Candidate, seen: &Seen) -> bool {
         !self.is_known()
             || rest.ticks >= FIRST_DIRECTION_TICKS
@@ -56,7 +57,7 @@ impl Calm {
                 && (seen.gyro - rest.gyro).norm_squared() <= MAX_TICK_RATIO * self.gyro
     }
 
-    /// Whether the level of half a second has left the mean of what may be a rest.
+    /// True if the level of half a second has left the mean of what may be a rest.
     pub fn is_left(&mut self, rest: &Candidate, level: &Vector3<f64>, span: f64) -> bool {
         let off = self.is_known()
             && rest.ticks >= MIN_LEVEL_TICKS
@@ -65,7 +66,7 @@ impl Calm {
         off
     }
 
-    /// Whether it has for so long that the next rest starts again: sooner, a smooth drive had many
+    /// True if it has for so long that the next rest starts again: sooner, a smooth drive had many
     /// short candidates, of which one would be calm by chance.
     pub fn is_gone(&self) -> bool {
         self.strayed > MAX_STRAY_S * (1.0 + 1e-9)

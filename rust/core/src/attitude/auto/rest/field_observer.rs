@@ -40,7 +40,7 @@ pub struct FieldObserver {
     before: Vector3<f64>,
     /// Sum of squared changes from tick to tick, from the fifth on.
     changes: f64,
-    /// Noise of a tick in the calmest rest so far, squared; zero before the first.
+    /// Noise of a tick in the calmest rest to date, squared; zero before the first.
     noise: f64,
     /// Mean over half a second, and the same where the far level's anchor lies.
     mean: Vector3<f64>,
@@ -98,7 +98,7 @@ impl FieldObserver {
             * noise.max(MIN_SIGMA_SHARE * MIN_SIGMA_SHARE * self.before.norm_squared())
     }
 
-    /// Whether a turn at this rate, for as long as the candidate lasts, would have moved the field: one
+    /// True if a turn at this rate, for as long as the candidate lasts, would have moved the field: one
     /// that never changes is none.
     pub fn refutes_turn(&self, rate: f64, seconds: f64) -> bool {
         let rotated = rate * (seconds - 2.0 * MEAN_DELAY_S) * LEVEL_SHARE * self.before.norm();
@@ -108,7 +108,7 @@ impl FieldObserver {
             && rotated > MIN_TURN_RATIO * ComplexField::sqrt(self.limit_squared())
     }
 
-    /// Whether the field has turned as the gyro says that the body does, in so many seconds: it is
+    /// True if the field has turned as the gyro says that the body does, in so many seconds: it is
     /// no magnet that has moved it.
     pub fn follows_rotation(&self, rate: &Vector3<f64>, seconds: f64) -> bool {
         let angle = rate * -(seconds - FIRST_MEAN_DELAY_S - MEAN_DELAY_S).max(0.0);

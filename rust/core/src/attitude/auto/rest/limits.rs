@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::{DEGREE, Seen};
 use crate::attitude::auto::strapdown::Sums;
 
-/// How far samples of a resting gyro, rad/s, and accelerometer, m/s², lie from their mean.
+/// Largest distance of samples from their mean at rest: gyro, rad/s, and accelerometer, m/s².
 pub const MAX_GYRO_RAD_S: f64 = 2.0 * DEGREE;
 const MAX_ACCEL_M_S2: f64 = 0.5;
 /// Seconds of the means.

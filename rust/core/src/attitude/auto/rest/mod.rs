@@ -24,8 +24,8 @@ use super::{DEGREE, square};
 use crate::attitude::sample::MAX_RATE;
 use crate::math::validity::{are_within, is_size};
 
-/// How far the level of a rest may lie from the bias, rad/s: always, in addition to three standard deviations of the
-/// bias, which do not count for more than this once a rest was used.
+/// Largest distance of a rest's level from the bias, rad/s: always, in addition to three standard
+/// deviations of the bias, which do not count for more than this once a rest was used.
 const MAX_BIAS_CHANGE_RAD_S: f64 = 0.15 * DEGREE;
 const BIAS_SIGMAS_SQUARED: f64 = 9.0;
 const MAX_USED_BIAS_CHANGE_RAD_S: f64 = 0.3 * DEGREE;
@@ -42,10 +42,10 @@ const MIN_SUPPORT_S: f64 = 10.0;
 /// the support, and by its steadiness.
 const REFUTING_REST_S: [f64; 3] = [2.0, 2.0, 9.9];
 const REFUTING_STEADINESS: f64 = 1.5;
-/// How many times as large as the largest bias a rate is that no part has: it is a turn.
+/// Ratio of a rate to the largest bias above which it is a rotation.
 const MAX_BIAS_RATIO: f64 = 3.0;
 
-/// What a rest detector sees of a tick, in the axes of the sensor.
+/// Tick of a rest detector, in the axes of the sensor.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen {
     pub span: f64,
@@ -67,18 +67,18 @@ impl Seen {
     }
 }
 
-/// What is known of the sensor before a tick.
+/// State of the sensor before a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Known {
     /// The bias, rad/s, the largest variance of its axes, and its largest size.
     pub bias: Vector3<f64>,
     pub variance: f64,
     pub most: f64,
-    /// Whether the body surely speeds up.
+    /// True if the body surely speeds up.
     pub pushed: bool,
 }
 
-/// What a tick is.
+/// Class of a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum State {
     Motion,
@@ -95,22 +95,22 @@ pub enum State {
     Unclear(Vector3<f64>),
 }
 
-/// What is known of rests.
+/// State of the rest detector.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Rest {
     limits: Limits,
     candidate: Candidate,
     calm: Calm,
     field_observer: FieldObserver,
-    /// Where the level last was when it began to be steady, rad/s, and seconds since then.
+    /// The level when it began to be steady, rad/s, and seconds since then.
     anchor: Vector3<f64>,
     steady: f64,
-    /// Whether a rest was used, seconds of quiet rest that the bias rests on, and the spread of the
+    /// True if a rest was used, seconds of quiet rest that the bias rests on, and the spread of the
     /// last, squared.
     used: bool,
     support: f64,
     spread: f64,
-    /// Whether a field has shown that the first rest was none.
+    /// True if a field has shown that the first rest was none.
     denied: bool,
     /// Seconds of the rest in use.
     lasted: f64,
@@ -122,17 +122,17 @@ impl Rest {
         self.lasted
     }
 
-    /// Whether the last ticks may be a rest, at whatever level.
+    /// True if the last ticks may be a rest, at whatever level.
     pub fn is_quiet(&self) -> bool {
         self.candidate.lasts()
     }
 
-    /// Whether any rest, however short, has said something of the bias, or one was a turn.
+    /// True if any rest, however short, has said something of the bias, or one was a turn.
     pub fn has_evidence(&self) -> bool {
         self.tells() || self.support > 0.0
     }
 
-    /// Whether rests tell more of the bias than motion does: one was used, or one was a turn.
+    /// True if rests tell more of the bias than motion does: one was used, or one was a turn.
     pub fn tells(&self) -> bool {
         self.used || self.denied
     }
@@ -166,7 +166,7 @@ impl Rest {
         state
     }
 
-    /// Returns whether the field shows that the only rest so far is a turn.
+    /// Returns true if the field shows that the only rest to date is a rotation.
     #[inline(always)]
     fn follow(&mut self, sums: &Sums, seen: &Seen, field: Option<&Vector3<f64>>) -> bool {
         self.limits.observe(sums, seen);
@@ -232,7 +232,7 @@ impl Rest {
         self.usual(seen, bias, bound, (*variance, *most), calm)
     }
 
-    /// Whether the tick is as calm as rests of this sensor are.
+    /// True if the tick is as calm as rests of this sensor are.
     fn is_calm(&mut self, seen: &Seen, bias: &Vector3<f64>, bound: f64) -> bool {
         let level = self.limits.level();
         if (level - bias).norm_squared()
@@ -253,7 +253,7 @@ impl Rest {
         self.field_observer.begin();
     }
 
-    /// What a candidate that may be a rest is, if it is one.
+    /// The class of a candidate that may be a rest, if it is one.
     fn quietly(&mut self, seen: &Seen, bias: &Vector3<f64>, bound: f64) -> Option<State> {
         let off = (self.candidate.gyro - bias).norm();
         let first = !self.used
@@ -272,8 +272,9 @@ impl Rest {
         None
     }
 
-    /// What a candidate is whose rate is larger than any bias should be. Gravity that stays proves that
-    /// it does not turn about a level axis, a field that stays that it does not about the vertical.
+    /// The class of a candidate whose rate is larger than any bias should be. Gravity that stays
+    /// proves that it does not turn about a level axis, a field that stays that it does not about
+    /// the vertical.
     fn beyond(&mut self, seen: &Seen, most: f64) -> Option<State> {
         let rest = &self.candidate;
         if !rest.is_long() || rest.gyro.norm() > MAX_BIAS_RATIO * most {
@@ -301,7 +302,7 @@ impl Rest {
         State::Rest(rest.measure(seen))
     }
 
-    /// Whether this one proves that the bias known was that of no rest.
+    /// True if this one proves that the bias known was that of no rest.
     fn is_refuted(&self, off: f64) -> bool {
         let rest = &self.candidate;
         let seconds = rest.seconds * (1.0 + 1e-9);

@@ -10,10 +10,10 @@ use crate::attitude::sample::{MAX_FORCE, MAX_RATE};
 use crate::math::validity::{are_within, is_size};
 use crate::rest::quiet::{Quiet, QuietLimits};
 
-/// How far means of ticks vary at rest, over the three axes: rad/s and m/s².
+/// Largest spread of ticks' means at rest, over the three axes: rad/s and m/s².
 pub const MAX_GYRO_SPREAD_RAD_S: f64 = 0.5 * DEGREE;
 pub const MAX_ACCEL_SPREAD_M_S2: f64 = 0.15;
-/// How far gravity may turn in it, m/s²: a slow turn about a level axis.
+/// Largest rotation of gravity at rest, m/s²: a slow rotation about a level axis.
 const MAX_GRAVITY_TURN_M_S2: f64 = 0.12;
 const LIMITS: QuietLimits = QuietLimits {
     gyro: MAX_GYRO_SPREAD_RAD_S,
@@ -29,7 +29,7 @@ const MIN_LEVEL_SHARE: f64 = 0.2;
 /// shakes it: a gyro rectifies vibration.
 pub const RATE_NOISE: f64 = 0.04 * DEGREE;
 const RECTIFIED_SHARE: f64 = 0.05;
-/// What a turn may pass for a rest that lasts a second, rad/s.
+/// Slowest rotation that is distinguished from a rest of one second, rad/s.
 const SLOW_TURN_RAD_S: f64 = 0.1 * DEGREE;
 /// Seconds after which its mean is measured; each tick after the last.
 const MEASURED_AFTER_S: [f64; 3] = [0.5, 1.0, 2.0];
@@ -41,7 +41,7 @@ pub struct Candidate {
     /// Sum of the weights of the ticks, s³/rad², and the mean rate by them.
     weight: f64,
     weighted: Vector3<f64>,
-    /// How many of its means are measured.
+    /// Number of its means that are measured.
     measured: u8,
 }
 
@@ -84,19 +84,19 @@ impl Candidate {
         }
     }
 
-    /// Whether it has lasted for long enough to be one.
+    /// True if it has lasted for long enough to be one.
     pub fn lasts(&self) -> bool {
         self.seconds >= MEASURED_AFTER_S[0] * (1.0 - 1e-9)
     }
 
-    /// Whether nothing of it was measured.
+    /// True if nothing of it was measured.
     pub fn is_new(&self) -> bool {
         self.measured == 0
     }
 
-    /// What it says of the bias after this tick, and the variance: its means after half a second,
-    /// one and two, in which a slow turn shows sixteen times less from one to the next, and then
-    /// every tick.
+    /// The bias that it measures after this tick, and the variance: its means after half a second,
+    /// one and two, in which a slow rotation shows sixteen times less from one to the next, and
+    /// then every tick.
     pub fn measure(&mut self, seen: &Seen) -> Option<(Vector3<f64>, f64)> {
         let due =
             MEASURED_AFTER_S.iter().filter(|time| self.seconds >= **time * (1.0 - 1e-9)).count()
@@ -109,7 +109,7 @@ impl Candidate {
         (due == MEASURED_AFTER_S.len() as u8).then(|| (seen.gyro, seen.noise() / seen.span))
     }
 
-    /// Whether its level is not the bias, but no turn either: about a level axis that would have
+    /// True if its level is not the bias, but no turn either: about a level axis that would have
     /// rotated gravity. A jump of the bias shows about all axes.
     pub fn refutes_lean(&self, bias: &Vector3<f64>) -> bool {
         let off = self.gyro - bias;
@@ -117,12 +117,12 @@ impl Candidate {
         self.is_long() && leans > MIN_LEVEL_SHARE * off.norm() && self.would_rotate_gravity(leans)
     }
 
-    /// Whether gravity proves the part of its level about level axes to be no turn.
+    /// True if gravity proves the part of its level about level axes to be no turn.
     pub fn refutes_level_turn(&self) -> bool {
         self.would_rotate_gravity(self.level_part(&self.gyro))
     }
 
-    /// Whether it has lasted until a turn would show.
+    /// True if it has lasted until a turn would show.
     pub fn is_long(&self) -> bool {
         self.seconds >= MEASURED_AFTER_S[2] * (1.0 - 1e-9)
     }
@@ -137,7 +137,7 @@ impl Candidate {
         (rate - up * rate.dot(&up)).norm()
     }
 
-    /// Whether a turn at this rate about a level axis would have rotated gravity.
+    /// True if a turn at this rate about a level axis would have rotated gravity.
     fn would_rotate_gravity(&self, rate: f64) -> bool {
         rate * (self.seconds - DIRECTION_DELAY_S) * self.accel.norm()
             > MIN_TURN_RATIO * MAX_GRAVITY_TURN_M_S2

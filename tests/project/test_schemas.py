@@ -1,0 +1,54 @@
+"""The JSON that reports, checks and batches write is what their published schemas say."""
+
+import json
+
+import jsonschema
+import pytest
+
+import zerorate as zr
+from zerorate.schemas import FORMATS, load_schema
+
+
+def recording(kind, seconds=40.0):
+    if kind == "drive":
+        return zr.simulate_drive(50.0, seconds, seed=2).recording()
+    return zr.simulate_motion(kind, duration=seconds, seed=2).recording()
+
+
+def check(name, text):
+    jsonschema.Draft202012Validator(load_schema(name)).validate(json.loads(text))
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_schema_is_one(name):
+    jsonschema.Draft202012Validator.check_schema(load_schema(name))
+
+
+@pytest.mark.parametrize("kind", ["hand", "drive"])
+def test_reports_and_checks(kind):
+    source = recording(kind)
+    check("report", zr.report(source).to_json())
+    check("check", zr.check(source).to_json())
+
+
+@pytest.mark.parametrize("command", ["replay", "allan", "report"])
+def test_the_records_of_a_batch(command, tmp_path):
+    gyro = recording("hand")["gyro"]
+    zr.write_log(gyro, tmp_path / "a.parquet")
+    zr.batch(tmp_path, tmp_path / "out", command=command, workers=1)
+    records = [path for path in (tmp_path / "out").rglob("*.json") if "models" not in path.name]
+    assert records
+    for path in records:
+        check("batch", path.read_text(encoding="utf-8"))
+
+
+def test_a_changed_report_does_not_pass():
+    content = json.loads(zr.report(recording("hand")).to_json())
+    for change in ({"version": 2}, {"findings": [{}]}, {"more": 1}):
+        with pytest.raises(jsonschema.ValidationError):
+            check("report", json.dumps({**content, **change}))
+
+
+def test_an_unknown_format_is_refused():
+    with pytest.raises(ValueError, match="must be one of report, check, batch"):
+        load_schema("track")
