@@ -1,9 +1,10 @@
 """Do the deviations hold? Errors over their stated standard deviations, by stream and platform.
 
-    python examples/deviations.py [RECORDING ...]
+    python examples/deviations.py [--streams] [RECORDING ...]
 
 Each row: RMS of error over sigma (0.8 to 1.2 holds) and the share of errors within two sigma (0.93
-and more holds). RECORDINGS are logs at rest at 100 Hz: the bias predicts their next means.
+and more holds). With --streams only the table of the streams that are no drift filter. RECORDINGS
+are logs at rest at 100 Hz: the bias predicts their next means.
 """
 
 import argparse
@@ -13,12 +14,15 @@ import numpy as np
 from scipy.signal import butter, lfilter
 
 import zerorate as zr
+from deviations_streams import ROWS
 from zerorate.simulation.devices import device
 from zerorate.simulation.models import MODELS, simulate_record
 
 RATE = 100.0
 FILTERED_RATE = 200.0
+LONG = 300.0
 RECORDS = 12
+STREAM_RECORDS = 8
 DURATION = 900.0
 FIRST = 120.0
 EVERY = 30.0
@@ -117,9 +121,10 @@ def filtered_record(seed, duration, corner, order):
     return z[first : first + round(duration * FILTERED_RATE)]
 
 
-def filtered_rows(durations=(60.0, 600.0), corners=(5.0, 20.0), orders=(1, 2, "mean"), count=12):
+def filtered_rows(durations=(60.0, 600.0), corners=(5.0, 20.0), orders=(1, 2, "mean")):
     """Yield bias and scatter of N behind filters, and its errors over sigma."""
     for duration, corner, order in itertools.product(durations, corners, orders):
+        count = 48 if duration < LONG else RECORDS
         records = (filtered_record(s, duration, corner, order) for s in range(count))
         fits = [zr.noise.whittle(z, FILTERED_RATE) for z in records]
         white = np.array([fit.angle_random_walk for fit in fits]) / 0.01
@@ -184,11 +189,23 @@ def recording_rows(paths):
             yield f"{path.rsplit('/', 1)[-1]}, {name}", [measures(e) for e in found.values()]
 
 
+def stream_rows():
+    """Yield a row for each stream and platform: each quantity with its two numbers."""
+    for name, make in ROWS.items():
+        found = make(STREAM_RECORDS).items()
+        cells = (f"{quantity} {measures(np.concatenate(e, axis=None))}" for quantity, e in found)
+        yield name, ["; ".join(cells)]
+
+
 def main():
     """Print all tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("recordings", nargs="*")
+    parser.add_argument("--streams", action="store_true")
     arguments = parser.parse_args()
+    print_table(["stream, platform", "error over sigma"], stream_rows())
+    if arguments.streams:
+        return
     spans = [f"next {span:g} s" for span in SPANS]
     head = ["gyro", *spans, *(f"held {h:g} s, next 10 s" for h in HELD[1:])]
     for platforms in (models(), devices(), mixes()):

@@ -11,11 +11,8 @@ import zerorate
 
 ROOT = Path(zerorate.__file__).parent
 FLOORS = (
-    (
-        *("_native", "faults", "lazy", "numerals", "progress", "schemas", "texts", "types"),
-        *("units", "views"),
-    ),
-    ("geometry", "options"),
+    ("_native", "faults", "lazy", "numerals", "progress", "texts", "types", "units", "views"),
+    ("geometry", "options", "schemas"),
     ("record",),
     ("datasets", "denoising", "io", "linear", "metrics", "noise"),
     ("calibration", "checks", "identification"),
@@ -33,7 +30,7 @@ MATHEMATICS = {
     name
     for names in FLOORS[1 : FLOORS.index(("tasks",))]
     for name in names
-    if name not in ("datasets", "io")
+    if name not in ("datasets", "io", "schemas")
 }
 TOUCHES_FILES = {
     *("exists", "is_file", "is_dir", "stat", "iterdir", "glob", "rglob"),

@@ -42,15 +42,35 @@ def records(model, rate=RATE):
     return (np.stack(series, axis=1) for series in zip(*pairs, strict=True))
 
 
+HOLDS = (0.8, 1.2, 0.93)
+"""Least and largest RMS of error over sigma, and least share within two, of a span."""
+
+OUTSIDE = {
+    # No record excludes flicker below its white noise.
+    "none": (0.0, 0.8, 0.97),
+    "faint slow": (0.55, 1.0, 0.97),
+    "warm-up": (0.55, 1.0, 0.97),
+    "coloured": (0.65, 1.2, 0.93),
+    # Of the next minute: how fast a slow drift is, another one hides.
+    "walk": (0.8, 1.3, 0.91),
+    "Markov 100 s": (0.8, 1.3, 0.91),
+    "flicker + walk": (0.8, 1.3, 0.89),
+    "rounded": (0.8, 1.4, 0.91),
+    "hump": (0.8, 1.45, 0.87),
+    "strong hump": (0.8, 1.45, 0.86),
+}
+
+
 @pytest.mark.every(3)
-@pytest.mark.parametrize(
-    "name", ["none", "walk", "strong walk", "Markov 100 s", "flicker", "flicker + walk", "tactical"]
-)
+@pytest.mark.parametrize("name", BY_NAME)
 def test_what_is_stated_of_the_next_mean_holds(name):
-    for (held, span), found in errors_over_sigma(*records(BY_NAME[name])).items():
-        # 12 records of a dozen times, drift in common: the RMS of such a set is known to 0.15.
-        assert np.sqrt(np.mean(found**2)) < 1.4, (held, span)
-        assert np.mean(np.abs(found) < 2.0) > 0.86, (held, span)
+    errors = errors_over_sigma(*records(BY_NAME[name]))
+    least, largest, share = OUTSIDE.get(name, HOLDS)
+    for span in SPANS:
+        found = np.concatenate([errors[held, span] for held in HELD])
+        # 12 records of a dozen times, drift in common: the RMS of such a set is known to 0.1.
+        assert least - 0.05 < np.sqrt(np.mean(found**2)) < largest + 0.05, span
+        assert np.mean(np.abs(found) < 2.0) > share - 0.02, span
 
 
 @pytest.mark.parametrize("rate", [25.0, 400.0])

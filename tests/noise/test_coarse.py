@@ -42,8 +42,10 @@ def test_few_levels_give_a_bound(ratio, drift):
     for seed in range(6):
         found = find_coarse(samples(ratio, 0.45, drift, seed=seed), RATE)
         if found is not None:
-            held.append(found.deviation.upper_bound >= 0.98 * ratio * STEP)
+            held.append(found.deviation.upper_bound >= ratio * STEP)
             assert found.deviation.upper_bound < 4.0 * ratio * STEP
+            assert ratio == 0.2 or not found.deviation.identifiable
+    # Of six, one may miss a bound of 95 %.
     assert np.mean(held) > 0.8
 
 
@@ -75,7 +77,7 @@ def test_correlated_noise_below_the_step_tells_nothing():
     assert find_coarse(z, RATE).deviation is None
     found = zr.characterise({"gyro_x_radps": z}, rate=RATE)
     assert found.gyro.axes[0].model is None
-    assert any("nothing is known" in note for note in found.notes)
+    assert any("N is not identifiable" in note for note in found.notes)
 
 
 def test_characterise_says_it():

@@ -1,5 +1,6 @@
 """Noise behind a low-pass: found, named, and read below its corner."""
 
+import json
 import math
 
 import numpy as np
@@ -11,6 +12,7 @@ from zerorate.noise import Coefficient, LowPass, NoiseModel
 from zerorate.noise.low_pass import process_of
 from zerorate.noise.processes import WHITE
 from zerorate.noise.spectrum import Spectrum, find_low_pass
+from zerorate.tasks.characterise import export_texts
 
 RATE = 200.0
 WHITE_NOISE = 1e-4
@@ -117,3 +119,48 @@ def test_words():
 def test_a_filter_that_is_none_is_refused(corner, order):
     with pytest.raises(ValueError, match="must "):
         LowPass(corner, order)
+
+
+@pytest.mark.parametrize("options", [{"markov": 1}, {"second_opinion": False}])
+def test_no_option_leaves_the_filter_out(options):
+    found = zr.characterise({"gyro_x_radps": record(6, corner=20.0)}, rate=RATE, **options)
+    (axis,) = found.gyro.axes
+    assert axis.model.low_pass.corner == pytest.approx(20.0, rel=0.05)
+    assert axis.model.angle_random_walk == pytest.approx(WHITE_NOISE, rel=0.06)
+    assert (axis.second is None) == ("second_opinion" in options)
+    assert len(axis.model.markov) == options.get("markov", 0)
+
+
+@pytest.mark.parametrize("export", ["json", "kalibr", "ros"])
+def test_exports_carry_the_notes(export):
+    steps = np.rint(record(7) / 1e-3) * 1e-3
+    found = zr.characterise({"gyro_x_radps": steps}, rate=RATE)
+    notes = [note for note in found.notes if "gyro_x_radps" in note]
+    assert len(notes) == 2  # rounding, low-pass
+    texts, refused = export_texts(found, export, doubtful=True)
+    assert not refused
+    text = texts[export]
+    written = "\n".join(json.loads(text)["notes"]) if export == "json" else text
+    for note in notes:
+        assert note.removeprefix("gyro_x_radps: ") in written
+
+
+def test_the_covariance_of_a_message_is_that_of_a_sample():
+    model = NoiseModel(angle_random_walk=WHITE_NOISE, low_pass=LowPass(5.0, 1.0))
+    text = model.to_ros(rate=RATE)
+    line = next(row for row in text.splitlines() if row.startswith("angular_velocity"))
+    variance = float(line.split("[")[1].split(",")[0])
+    assert variance == pytest.approx(model.discrete_sigmas(RATE).white ** 2, rel=1e-5)
+    assert variance < 0.1 * WHITE_NOISE**2 * RATE
+
+
+def test_identify_names_the_filter_and_replay_the_steps():
+    z = record(8)
+    found = zr.identify({"gyro_x_radps": z}, rate=RATE, max_order=3)
+    assert any("low-passed at" in note for note in found.notes)
+    coarse = np.rint(np.random.default_rng(1).normal(0.0, 0.3, 12_000))
+    for task in (zr.identify, zr.replay):
+        notes = task({"gyro_x_dps": coarse}, rate=100.0).notes
+        assert any("steps of 1 deg/s, wider than the noise" in note for note in notes), task
+        plain = np.random.default_rng(1).normal(0.0, 0.3, 12_000)
+        assert not any("steps" in n for n in task({"gyro_x_dps": plain}, rate=100.0).notes)

@@ -168,11 +168,14 @@ class TemperatureFilter:
 
     def walk_on(self):
         """One tick of random walk: of the bias alone, so only its own variance grows."""
+        self.v = np.minimum(self.v + self.step, VARIANCE_MAX)
+
+    @property
+    def step(self):
+        """Variance that each walk adds in a tick, over its noise."""
         if self.walk is None:
-            step = RATIOS / self.ticks.length
-        else:
-            step = min(self.walk / self.scale, LEVEL_MAX) ** 2 * self.seconds / self.noise
-        self.v = np.minimum(self.v + step, VARIANCE_MAX)
+            return RATIOS / self.ticks.length
+        return min(self.walk / self.scale, LEVEL_MAX) ** 2 * self.seconds / self.noise
 
     def correct(self, y, R, d):
         """One tick: Bierman's update of P = U D U', U = [1 u; 0 1], D = diag(v, c), H = [1 d]."""
@@ -220,10 +223,13 @@ class TemperatureFilter:
 
     @property
     def bias_sigma(self):
-        """The largest sample so far before the first rest."""
+        """Of the mean over the next ten seconds; the largest sample before the first rest."""
         if self.scale == 0.0:
             return 0.0 if self.begun else self.reach
-        sigma = self.scale * self.level[1]
+        values = self.x + self.k * self.kelvin
+        walked = np.minimum(self.step * 10.0 / self.seconds / 3.0, VARIANCE_MAX)
+        now = self.v + (self.u + self.kelvin) ** 2 * self.c
+        sigma = self.scale * self.mixture(values, now + walked)[1]
         return max(sigma, abs(self.bias)) if self.ticks.provisional else sigma
 
     @property

@@ -9,6 +9,7 @@ from zerorate.cli.options import OUTPUT, Force
 from zerorate.cli.outputs import check_outputs, progress_bar
 from zerorate.cli.parameters import Argument, Option
 from zerorate.io import write_log
+from zerorate.noise import LowPass
 from zerorate.show.devices_table import format_devices
 from zerorate.simulation.devices import device as find_device
 from zerorate.tasks.saving import atomic_paths
@@ -33,6 +34,16 @@ def _parse_temperatures(flag: str, text: str) -> tuple[float, float]:
     except ValueError:
         raise UsageFault(f"{flag} takes two numbers, such as 20,35, got {text!r}") from None
     return first, last
+
+
+def _parse_low_pass(flag: str, text: str) -> LowPass:
+    corner, _, order = text.partition(",")
+    try:
+        return LowPass(float(corner), float(order or 2))
+    except ValueError:
+        raise UsageFault(
+            f"{flag} takes a corner in Hz and, after a comma, an order, such as 20,1, got {text!r}"
+        ) from None
 
 
 def _parse_numbers(flag: str, text: str, example: str) -> tuple[float, ...]:
@@ -73,6 +84,15 @@ def simulate(
     seed: Seed = 1,
     axes: Annotated[
         int | None, Option("Number of axes. Default: 3. Each has its own bias and drift.")
+    ] = None,
+    low_pass: Annotated[
+        LowPass | None,
+        Option(
+            "Filter the samples: corner in Hz and order, such as 20,1; inf is a moving average, 2 "
+            "if not given.",
+            metavar="CORNER[,ORDER]",
+            parse=_parse_low_pass,
+        ),
     ] = None,
     poses: Annotated[
         int | None,
@@ -117,7 +137,7 @@ def simulate(
         print(format_devices())
         return
     if device in MOTIONS:
-        unused = {"axes": axes, "poses": poses, "temperature": temperature}
+        unused = {"axes": axes, "low_pass": low_pass, "poses": poses, "temperature": temperature}
         _check_unused(f"has no meaning with {device}", **unused)
         if output is None:
             raise UsageFault(f"simulate {device} needs a file, such as -o {device}.csv")
@@ -135,7 +155,9 @@ def simulate(
         return
     _check_unused("needs the motion hand", magnet=magnet, iron=iron)
     if poses is not None:
-        _check_unused("has no meaning with --poses", duration=duration, axes=axes)
+        _check_unused(
+            "has no meaning with --poses", duration=duration, axes=axes, low_pass=low_pass
+        )
         if output is None:
             raise UsageFault("simulate --poses needs a file, such as -o session.csv")
         paths = _checked_paths(output, force, SESSION_FORMATS, "-truth.json")
@@ -156,7 +178,7 @@ def simulate(
         paths = _checked_paths(output, force, GYRO_FORMATS, f"-truth{output.suffix}")
         with progress_bar() as progress:
             progress("simulating", 0.0)
-            logs = simulated_gyro(gyro, rate, duration, seed, axes)
+            logs = simulated_gyro(gyro, rate, duration, seed, axes, low_pass)
             progress("writing", 0.5)
             with atomic_paths(paths, force) as temporary:
                 for log, path in zip(logs, temporary, strict=True):
@@ -167,7 +189,7 @@ def simulate(
 def _check_unused(why: str, **options: object) -> None:
     given = [name for name, value in options.items() if value is not None]
     if given:
-        raise UsageFault(f"--{given[0]} {why}")
+        raise UsageFault(f"--{given[0].replace('_', '-')} {why}")
 
 
 def _checked_paths(output: Path, force: bool, known: tuple[str, ...], *further: str) -> list[Path]:

@@ -165,17 +165,16 @@ def characterise_log(
     # Transforms need no interpreter lock: they run during the fits.
     with ThreadPoolExecutor(1) as executor:
         columns = [np.ascontiguousarray(z) for z in log.data.T]
-        spectrum_columns = columns if second_opinion else []
-        spectra = [executor.submit(Spectrum.of, z, log.rate) for z in spectrum_columns]
+        spectra = [executor.submit(Spectrum.of, z, log.rate) for z in columns]
         for i, z in enumerate(columns):
             report("models", i / log.channels)
-            spectrum = spectra[i] if second_opinion else None
-            axes.append(_characterise_axis(log, curve.axis(i), z, markov, spectrum))
+            axis = _characterise_axis(log, curve.axis(i), z, markov, spectra[i])
+            axes.append(axis if second_opinion else replace(axis, second=None))
     return Characterisation(log, curve, tuple(axes))
 
 
 def models_json(sensors: Sequence[Characterisation], *, doubtful: bool = True) -> str:
-    """Return the models of all axes of a log as JSON, null for an axis without one.
+    """Return models and notes of all axes of a log as JSON, null for an axis without a model.
 
     Without `doubtful` a model with a doubt is an error, as in other exports: ValueError.
     """
@@ -187,7 +186,8 @@ def models_json(sensors: Sequence[Characterisation], *, doubtful: bool = True) -
         for sensor in sensors
         for axis in sensor.axes
     }
-    return json.dumps({"axes": texts}, indent=2) + "\n"
+    notes = [str(note) for note in collect_notes(sensors)]
+    return json.dumps({"axes": texts, "notes": notes}, indent=2) + "\n"
 
 
 def collect_notes(sensors: Sequence[Characterisation]) -> tuple[str, ...]:
@@ -211,11 +211,7 @@ def _check_samples(log: Log, kind: KindName) -> None:
 
 
 def _characterise_axis(
-    log: Log,
-    curve: AllanResult,
-    z: Floats,
-    markov: int,
-    spectrum: Future[Spectrum] | None,
+    log: Log, curve: AllanResult, z: Floats, markov: int, transform: Future[Spectrum]
 ) -> Axis:
     (name,) = curve.names
     if not np.any(curve.deviation > 0.0):
@@ -226,22 +222,22 @@ def _characterise_axis(
         return Axis(name, coarse_model(coarse, log.rate, log.unit), None, (note,))
     rounding = describe_rounding(z, log.rate)
     notes = (f"{name}: {rounding}",) if rounding else ()
-    second = filtered = None
-    if spectrum is not None:
-        second, _ = _try_fit(lambda: fit_spectrum(spectrum.result(), log.rate, log.unit))
-        filtered = None if second is None else find_low_pass(spectrum.result(), log.rate)
-    if filtered is None or second is None or markov:
+    second, _ = _try_fit(lambda: fit_spectrum(transform.result(), log.rate, log.unit))
+    filtered = None if second is None else find_low_pass(transform.result(), log.rate)
+    if filtered is None or second is None or (markov and filtered.response is None):
         model, doubt = _try_fit(lambda: curve.fit(markov=markov))
         return Axis(name, model, second, (*notes, doubt) if doubt else notes)
-    axis = _filtered_axis(name, curve, second, filtered)
+    axis = _filtered_axis(name, curve, second, filtered, markov)
     return replace(axis, doubts=(*notes, *axis.doubts))
 
 
-def _filtered_axis(name: str, curve: AllanResult, second: FittedModel, filtered: Filtered) -> Axis:
+def _filtered_axis(
+    name: str, curve: AllanResult, second: FittedModel, filtered: Filtered, markov: int
+) -> Axis:
     """Return an axis whose spectrum a plain model misses."""
     why = "".join(doubt.why for doubt in curve.doubts)
     if filtered.response is not None:
-        model, doubt = _try_fit(lambda: curve.fit_behind(filtered))
+        model, doubt = _try_fit(lambda: curve.fit_behind(filtered, markov))
         why = why or _contradiction(name, model, second)
     elif filtered.holds:
         model, doubt = second, ""

@@ -33,6 +33,10 @@ _MAX_LOSS: Final = 2.71
 """Twice the loss of log likelihood at a one-sided bound of 95 %."""
 _MODEL_ERROR: Final = 0.02
 """Part by which a level for each window may pull the deviation down."""
+_MIN_DEVIATION: Final = 0.18
+"""Deviation over the step below which only a bound is stated: too few samples leave a level."""
+_FEW_LEVELS_ERROR: Final = 0.1
+"""Part by which a level for each window may pull such a deviation down."""
 _NOTABLE_ROUNDING: Final = 0.02
 _ONE_SIDED_95: Final = 1.6448536269514722
 
@@ -82,7 +86,7 @@ def describe_coarse(coarse: Coarse, rate: float, unit: str) -> str:
     advice = "; log more decimals, or a smaller range"
     model = coarse_model(coarse, rate, unit)
     if model is None:
-        return f"{steps}as it is not white, it is not identifiable{advice}"
+        return f"{steps}as the noise is not white, N is not identifiable{advice}"
     white, unit_of_white = coefficient_of(model, "angle_random_walk"), ""
     if model.quantity != "unknown":
         unit_of_white = " deg/sqrt(h)" if model.quantity == "angular rate" else " m/s/sqrt(h)"
@@ -152,10 +156,12 @@ def _deviation_of_counts(levels: Floats, rate: float) -> Coefficient:
     best = int(np.argmin(loss))
     above = np.flatnonzero((loss > _MAX_LOSS) & (np.arange(loss.size) > best))
     upper = _crossing(loss, above[0] - 1, above[0]) if above.size else float(_DEVIATIONS[-1])
-    upper *= 1.0 + _MODEL_ERROR
-    if loss[0] <= _MAX_LOSS or not 0 < best < loss.size - 1:
+    is_inside = 0 < best < loss.size - 1
+    value, curvature = _summit(loss, best) if is_inside else (upper, math.nan)
+    has_few_levels = value < _MIN_DEVIATION
+    upper *= 1.0 + (_FEW_LEVELS_ERROR if has_few_levels else _MODEL_ERROR)
+    if has_few_levels or not is_inside or loss[0] <= _MAX_LOSS:
         return Coefficient(0.0, upper / _ONE_SIDED_95, False, upper)
-    value, curvature = _summit(loss, best)
     error = math.hypot(math.sqrt(2.0 / curvature) * value, _MODEL_ERROR * value)
     return Coefficient(value, error, True, value + _ONE_SIDED_95 * error)
 

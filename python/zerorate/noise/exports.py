@@ -71,11 +71,14 @@ class _Estimator:
         What it calls white noise of each, and random walk if it takes one.
     lines : callable
         Yields the lines of one number; one line of YAML by default.
+    of_samples : bool
+        True if its white noise is the standard deviation of a sample, behind a low-pass too.
     """
 
     gyro: tuple[str, ...]
     accelerometer: tuple[str, ...]
     lines: Callable[[_Setting], Iterator[str]] = _yaml_line
+    of_samples: bool = False
 
     def settings(
         self,
@@ -127,6 +130,8 @@ class _Estimator:
         if not (coefficient.identifiable or bounds):
             why = "the record does not determine it, so not written"
             return iter([f"# {name}: {why}; {_RECORDING_ADVICE[field]}"])
+        if self.of_samples and rate is not None and model.low_pass is not None:
+            factor *= math.sqrt(model.low_pass.passed_share(rate))
         return self.lines(_make_setting(name, model, field, factor, rate))
 
 
@@ -259,6 +264,7 @@ _ROS: Final = _Estimator(
     gyro=("angular_velocity_covariance",),
     accelerometer=("linear_acceleration_covariance",),
     lines=_ros_lines,
+    of_samples=True,
 )
 _PX4_RANGES: Final = {
     "EKF2_GYR_NOISE": (0.0001, 0.1),

@@ -15,7 +15,7 @@ from zerorate.noise.coefficient import Coefficient, CoefficientField, check_posi
 from zerorate.noise.densities import densities
 from zerorate.noise.exports import to_kalibr, to_orbslam3, to_px4, to_ros, to_vins
 from zerorate.noise.json_text import from_json, to_json
-from zerorate.noise.low_pass import LowPass
+from zerorate.noise.low_pass import LowPass, describe_band
 from zerorate.noise.quantities import TERMS, UNKNOWN_UNIT_REASON, Quantity, Term
 from zerorate.noise.terms import ALLAN, HADAMARD, Markov, Sinusoid, deviation
 from zerorate.record.exporting import document_restore
@@ -152,11 +152,7 @@ class NoiseModel(Result):
     @property
     def band(self) -> str:
         """Band of the coefficients, in words; empty for the whole of it."""
-        if self.low_pass is not None:
-            return f"{self.low_pass}: N is the density of the white noise below"
-        if self.up_to is not None:
-            return f"N is read below {self.up_to:.2g} Hz; above, the model does not hold"
-        return ""
+        return describe_band(self.low_pass, self.up_to)
 
     @classmethod
     @document_restore

@@ -179,6 +179,9 @@ class AllanResult(Result):
         A coefficient is identifiable if its square is above twice its standard error. Where
         chance cannot explain how far the curve is from the model, the model is taken to be wrong
         by the relative `misfit` that can, and the errors grow with it.
+
+        A curve has no samples, so a low-pass filter of the sensor cannot be found here, and N and
+        B of low-passed samples are wrong: use `zerorate.characterise` or `zerorate.noise.whittle`.
         """
         if len(self.names) > 1:
             models = (
@@ -204,13 +207,15 @@ class AllanResult(Result):
         model = curve_fit(axis._make_curve(scale), check_terms(terms), times, frequencies, unit)
         return replace(model, doubt=doubt)
 
-    def fit_behind(self, filtered: Filtered) -> FittedModel:
+    def fit_behind(self, filtered: Filtered, markov: int = 0) -> FittedModel:
         """Find the noise coefficients of one axis whose samples a filter has passed.
 
         Parameters
         ----------
         filtered : Filtered
             The filter, which the spectrum of the same record shows.
+        markov : int
+            How many Markov terms to find.
         """
         factor, quantity = si_unit(self.unit)
         self._check_fit()
@@ -218,7 +223,7 @@ class AllanResult(Result):
         scale = power_of_two(deviation[np.isfinite(deviation)])
         terms = tuple(term for term in TERMS if term != "quantization")
         curve, unit = self._make_curve(scale), (factor * scale, quantity)
-        model = curve_fit(curve, terms, (), (), unit, process_of(filtered))
+        model = curve_fit(curve, terms, markov, (), unit, process_of(filtered))
         # What the filter leaves open of N is in no deviation.
         white = coefficient_of(model, "angle_random_walk")
         share = 0.5 * filtered.white.sigma / filtered.white.value

@@ -13,6 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
+from zerorate.noise.filter_fit import NarrowBands
+from zerorate.noise.filter_search import find_filter, suspects_filter
 from zerorate.noise.fit import (
     Component,
     FittedModel,
@@ -21,13 +23,7 @@ from zerorate.noise.fit import (
     fit_components,
 )
 from zerorate.noise.least_squares import solve
-from zerorate.noise.low_pass import (
-    Filtered,
-    NarrowBands,
-    band_fields,
-    find_filter,
-    suspects_filter,
-)
+from zerorate.noise.low_pass import Filtered, band_fields
 from zerorate.noise.motion_check import find_doubts
 from zerorate.noise.processes import TERMS, check_terms, strength
 from zerorate.noise.quantities import Quantity, check_unit, si_unit

@@ -7,9 +7,10 @@ from typing import Final
 import numpy as np
 
 from zerorate.faults import ArgumentError
-from zerorate.noise import NoiseModel
+from zerorate.noise import LowPass, NoiseModel
 from zerorate.simulation import sequences
 from zerorate.simulation.devices import Device
+from zerorate.simulation.low_pass import convolve, impulse_response
 from zerorate.types import Floats
 
 _MAX_SAMPLES: Final = 10**9
@@ -34,6 +35,7 @@ def simulate(
     axes: int | None = None,
     resolution: float | None = None,
     turn_on_bias: float | None = None,
+    low_pass: LowPass | None = None,
 ) -> tuple[Floats, Floats]:
     """Simulate a gyro at rest and return its output with the drift in it.
 
@@ -56,6 +58,10 @@ def simulate(
     turn_on_bias : float, optional
         Standard deviation of the constant bias drawn for each axis, rad/s. Default: the
         device's, else 0.
+    low_pass : LowPass, optional
+        Filter of the sensor, which noise and drift pass before they are rounded: a Butterworth
+        filter of the nearest whole order up to 8, or a moving average. Default: that of the
+        noise model.
 
     Returns
     -------
@@ -64,14 +70,15 @@ def simulate(
         noise and rounding.
     truth : ndarray of float64, the shape of `signal`
         Output of a perfect drift filter, in the same unit: turn-on bias, flicker, random
-        walk, ramp, Markov noise and sinusoids, without white and quantization noise and rounding.
+        walk, ramp, Markov noise and sinusoids, without white and quantization noise, filter and
+        rounding.
 
     Raises
     ------
     ValueError
         If rate or duration is not positive and finite or gives no sample, if the seed is not a
-        whole number from 0, axes not one from 1, or resolution or turn_on_bias negative or not
-        finite.
+        whole number from 0, axes not one from 1, resolution or turn_on_bias negative or not
+        finite, or the corner of the filter not below half the rate.
 
     Notes
     -----
@@ -88,6 +95,8 @@ def simulate(
     random phase, are taken at the samples' instants and are drift: no part of them averages out
     as white noise does.
 
+    Behind a filter the record begins when the filter's memory is full.
+
     A coefficient that is not identifiable enters with its value, not with its bound.
 
     Examples
@@ -102,8 +111,13 @@ def simulate(
     n_axes = 1 if axes is None else check_whole("axes", axes, 1)
     noise, step, bias_sigma = _resolve_model(model, resolution, turn_on_bias)
     signal, truth = np.empty((n, n_axes)), np.empty((n, n_axes))
+    filter_ = noise.low_pass if low_pass is None else low_pass
+    response = np.ones(1) if filter_ is None else impulse_response(filter_, rate)
+    before = response.size - 1
     for i, axis_seed in enumerate(np.random.SeedSequence(whole_seed).spawn(n_axes)):
-        signal[:, i], truth[:, i] = _simulate_axis(noise, rate, n, bias_sigma, axis_seed)
+        samples, drift = _simulate_axis(noise, rate, before + n, bias_sigma, axis_seed)
+        signal[:, i] = convolve(samples, response) if before else samples
+        truth[:, i] = drift[before:]
     if step > 0.0:
         signal = np.round(signal / step) * step
     return (signal[:, 0], truth[:, 0]) if axes is None else (signal, truth)

@@ -6,6 +6,7 @@ import math
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, Final, Unpack
 
@@ -377,6 +378,18 @@ def _export_text(
 ) -> str:
     if export == _JSON:
         return models_json(sensors, doubtful=options["doubtful"])
+    text = _estimator_text(export, sensors, per_sample, **options)
+    head = "".join(takewhile(lambda line: line.startswith("#"), text.splitlines(keepends=True)))
+    notes = "".join(f"# {note}\n" for note in collect_notes(sensors) if note not in text)
+    return head + notes + text.removeprefix(head)
+
+
+def _estimator_text(
+    export: str,
+    sensors: Sequence[Characterisation],
+    per_sample: bool,
+    **options: Any,  # noqa: ANN401
+) -> str:
     gyro, accelerometer = (_worst_model(sensors, kind) for kind in ("angular rate", "acceleration"))
     if gyro is None:
         raise ValueError("it needs a model of a gyro, and this log gives none")

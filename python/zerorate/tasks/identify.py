@@ -17,6 +17,7 @@ from zerorate.identification.identification import MIN_SAMPLES, Identification, 
 from zerorate.identification.identification import identify as identify_axis
 from zerorate.identification.order import Criterion
 from zerorate.noise.records import as_record
+from zerorate.noise.sample_notes import describe_samples
 from zerorate.progress import Progress, choose_reporter
 from zerorate.record.log import Log, LogError, notes_of
 from zerorate.tasks.imu import prepare_imu
@@ -172,7 +173,13 @@ def identify(
         if log is None:
             raise LogError("there is no gyro")
         axes, left_out = _identify_axes(log, options, report)
-    return Identified(axes, name, (*notes_of(log, evenly_spaced=True), *left_out), prepared.alarms)
+        hidden = tuple(
+            f"{column}: {sentence}"
+            for column, z in zip(log.names, log.data.T, strict=True)
+            for sentence in describe_samples(z, log.rate, log.unit)
+        )
+    notes = (*notes_of(log, evenly_spaced=True), *hidden, *left_out)
+    return Identified(axes, name, notes, prepared.alarms)
 
 
 def _identify_axes(

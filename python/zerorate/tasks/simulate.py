@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from zerorate.io import write_log
+from zerorate.noise import LowPass
 from zerorate.record import Log
 from zerorate.simulation.devices import Device
 from zerorate.simulation.devices import device as find_device
@@ -38,6 +39,7 @@ def simulated_gyro(
     duration: float | None = None,
     seed: int = 1,
     axes: int | None = None,
+    low_pass: LowPass | None = None,
 ) -> tuple[Log, Log]:
     """Return the log of a gyro at rest, and that of its true drift, in rad/s.
 
@@ -53,6 +55,8 @@ def simulated_gyro(
         Not negative. The same arguments give the same signal.
     axes : int, optional
         Number of axes; default 3.
+    low_pass : LowPass, optional
+        Filter of the sensor; default none.
 
     Raises
     ------
@@ -60,7 +64,8 @@ def simulated_gyro(
         If a number is out of range.
     """
     length = DURATION_S if duration is None else duration
-    values = simulate(gyro, rate, length, seed, axes=len(_AXES) if axes is None else axes)
+    count = len(_AXES) if axes is None else axes
+    values = simulate(gyro, rate, length, seed, axes=count, low_pass=low_pass)
     signal, drift = (_log(x, n, rate, gyro) for x, n in zip(values, ("gyro", "drift"), strict=True))
     return signal, drift
 

@@ -21,6 +21,7 @@ trait ArrayBank: AnyBank {
     fn params(&self) -> &ArrayParams;
     fn axes(&self) -> usize;
     fn biases(&self) -> Vec<f64>;
+    fn bias_sigmas(&self) -> Vec<f64>;
     fn weights(&self) -> Vec<f64>;
     fn used(&self) -> Vec<bool>;
     fn excluded(&self) -> Vec<bool>;
@@ -120,6 +121,10 @@ impl<const A: usize> ArrayBank for One<A> {
 
     fn biases(&self) -> Vec<f64> {
         self.array().biases().collect()
+    }
+
+    fn bias_sigmas(&self) -> Vec<f64> {
+        self.array().bias_sigmas().collect()
     }
 
     fn weights(&self) -> Vec<f64> {
@@ -426,6 +431,10 @@ getters! { GyroArray, slf, py, this;
     labels: Bound<'py, PyTuple> = PyTuple::new(py, &this.shared.bank.params().labels)?;
     /// Bias of each sensor in its own axes: (sensors, 3), with one axis (sensors,).
     bias: Object<'py> = arrays::array(py, this.shared.bank.biases(), this.shared.axes())?;
+    /// Standard deviation of ``bias``, of its mean over the next 10 s as of `DriftFilter`; with
+    /// "centralised", which removes no bias, that of the sensors by themselves: (sensors, 3), with
+    /// one axis (sensors,).
+    bias_sigma: Object<'py> = arrays::array(py, this.shared.bank.bias_sigmas(), this.shared.axes())?;
     /// Share of each sensor in the last rate, zero where it was not used: (sensors, 3), with one axis
     /// (sensors,).
     weights: Object<'py> = arrays::array(py, this.shared.bank.weights(), this.shared.axes())?;

@@ -1,6 +1,6 @@
 """A recording through the filters: into memory with all its series, or into a file."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import fields, replace
 from pathlib import Path
@@ -14,9 +14,11 @@ from zerorate.io import LogFile, write_log
 from zerorate.io.readers.parquet import TIME_NAME, RowGroupWriter, make_metadata
 from zerorate.io.reading import describe_missing
 from zerorate.io.writing import make_column_names
+from zerorate.noise.sample_notes import describe_steps
 from zerorate.options import METHODS, FilterOptions
 from zerorate.progress import Progress, choose_reporter
 from zerorate.record import Log, LogError, atomic_path
+from zerorate.record.log import Header
 from zerorate.record.missing import floats
 from zerorate.tasks.exclusion_counts import ExclusionCounts
 from zerorate.tasks.replay.filters import Block, Filters, Output
@@ -40,6 +42,9 @@ BLOCK_ROWS: Final = 1 << 15
 
 HORIZONS: Final = (10.0, 60.0)
 """Horizons of the coasting error, s."""
+
+_STEPS_S: Final = 120.0
+"""Seconds from the start that show the step of the samples."""
 
 
 def run_filters(
@@ -110,8 +115,9 @@ def run_filters(
     true_bias = None if truth is None else _check_truth(truth, log)
     measures = Measures(source.header, list(filters.runs), horizons, filters.holds, true_bias)
     series = _Series(log.data.shape, list(filters.runs), filters.records_state)
-    _run_pipeline(source, filters, (measures.take, series.take), report)
-    summary = _summarise(source, filters, measures, horizons)
+    steps = _Steps(source.header)
+    _run_pipeline(source, filters, (measures.take, series.take, steps.take), report)
+    summary = _summarise(source, filters, measures, horizons, steps)
     summary_fields: dict[str, Any] = {
         field.name: getattr(summary, field.name) for field in fields(summary)
     }
@@ -188,11 +194,12 @@ def filter_to_file(
     header = recording.header
     filters = Filters(header, methods, output, options, moving)
     measures = Measures(header, list(filters.runs), horizons, filters.holds)
+    steps = _Steps(header)
     with atomic_path(path, force) as temporary:
         with _FilteredFile(temporary, recording, filters) as file:
-            sinks = (measures.take, file.take)
+            sinks = (measures.take, file.take, steps.take)
             _run_pipeline(recording, filters, sinks, choose_reporter(progress), rows)
-        return _summarise(recording, filters, measures, horizons)
+        return _summarise(recording, filters, measures, horizons, steps)
 
 
 def _detect_motion(gyro: LogFile, accel: LogFile | None) -> tuple[LogFile, Booleans | None]:
@@ -223,7 +230,11 @@ def _run_pipeline(
 
 
 def _summarise(
-    recording: LogFile, filters: Filters, measures: Measures, horizons: Sequence[float]
+    recording: LogFile,
+    filters: Filters,
+    measures: Measures,
+    horizons: Sequence[float],
+    steps: "_Steps",
 ) -> Summary:
     """Return the summary of a recording after all its blocks."""
     measured = measures.finish()
@@ -235,7 +246,10 @@ def _summarise(
     chosen_filter, history = filters.chosen_filter, filters.recorder.history()
     return Summary(
         header=header.with_notes(
-            describe_missing(header.names, (counts.missing_count == header.n).tolist())
+            [
+                *describe_missing(header.names, (counts.missing_count == header.n).tolist()),
+                *steps.describe(),
+            ]
         ),
         method=chosen_filter.method,
         output=filters.output,
@@ -255,6 +269,29 @@ def _summarise(
         sample_counts=counts,
         left_out=ExclusionCounts.of(chosen_filter),
     )
+
+
+class _Steps:
+    """The first samples of each axis, which show the step of all of them."""
+
+    def __init__(self, header: Header) -> None:
+        self._header = header
+        self._first = np.empty((header.channels, min(header.n, round(_STEPS_S * header.rate))))
+
+    def take(self, block: Block) -> None:
+        """Keep what is among the first."""
+        count = self._first.shape[1]
+        if block.first < count:
+            kept = self._first[:, block.first : block.end]
+            kept[:] = block.raw[:, : kept.shape[1]]
+
+    def describe(self) -> Iterator[str]:
+        """Yield the sentence on each axis whose steps are too wide."""
+        rate, unit = self._header.rate, self._header.unit
+        for name, z in zip(self._header.names, self._first, strict=True):
+            sentence = describe_steps(z, rate, unit)
+            if sentence:
+                yield f"{name}: {sentence}"
 
 
 class _Series:

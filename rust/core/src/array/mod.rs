@@ -422,6 +422,11 @@ impl<const A: usize> GyroArray<A> {
         self.filters.iter().map(|filter| filter.bias())
     }
 
+    /// Standard deviations of these biases, as means over the next ten seconds.
+    pub fn bias_sigmas(&self) -> impl Iterator<Item = f64> {
+        self.filters.iter().map(|filter| filter.bias_sigma())
+    }
+
     /// Weight of each sensor, axis by axis of the body; zero where it was not used.
     pub fn weights(&self) -> &[f64] {
         &self.weights

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::multiple_model::{BlockMean, DEGREES_OF_FREEDOM, KalmanBank, Mixture, kept};
 use crate::math::validity::{is_size, is_within};
-use crate::math::{Limits, Real};
+use crate::math::{Fours, Limits, OnRows, Real, choose, widest};
 
 /// Levels of flicker: B² from a thousandth of the white noise of a block's mean, times five each.
 const LEVELS: usize = 8;
@@ -226,16 +226,21 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
     /// freedom, and `best` is the logarithm of the likelihood of the best of them.
     pub fn correct(&mut self, block: &BlockMean<T>, degrees: T, best: T) {
         self.catch_up();
+        widest(Correction { bank: self, block, degrees, best });
+    }
+
+    /// The same, always inlined.
+    #[inline(always)]
+    fn correct_inlined(&mut self, block: &BlockMean<T>, degrees: T, best: T) {
         let ([f, s], common) = (self.passage.phi, self.block.common);
-        let (mut S, mut square, mut gain) = (Each::zeros(), Each::zeros(), [Each::zeros(); 3]);
-        let (mut innovation, mut inverse) = (Each::zeros(), Each::zeros());
+        let (mut gain, mut innovation) = ([Each::zeros(); 3], Each::zeros());
+        let (mut S, mut inverse) = (Each::zeros(), Each::zeros());
         for m in 0..LEVELS {
             let with_mean = self.with_mean(m, &self.block);
             let (mean, variance) = self.mean(m, &self.block, &with_mean);
             S[m] = variance + block.noise;
             inverse[m] = T::one() / S[m];
             innovation[m] = block.mean - mean;
-            square[m] = innovation[m] * innovation[m] * inverse[m];
             gain[0][m] = f * with_mean[0] + self.b[m] * common[0];
             gain[1][m] = s * with_mean[1] + self.b[m] * common[1];
             gain[2][m] = with_mean[2] + self.b[m] * common[2];
@@ -243,6 +248,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
         let passage = self.passage;
         self.pass(&passage);
         self.correct_states(&gain, &innovation, &inverse);
+        let square = innovation.component_mul(&innovation).component_mul(&inverse);
         self.weigh_in(&square, &S, degrees, best);
     }
 
@@ -264,11 +270,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
         }
     }
 
+    #[inline(always)]
     fn weigh_in(&mut self, square: &Each<T>, variance: &Each<T>, degrees: T, best: T) {
         let (inverse, tails) = (T::one() / degrees, degrees + T::one());
         for m in 0..LEVELS {
-            let spread = (variance[m] * self.S[m] * inverse).ln();
-            let tail = (square[m] / self.S[m]).ln_1p() * tails;
+            let spread = (variance[m] * self.S[m] * inverse).logarithm();
+            let tail = (T::one() + square[m] / self.S[m]).logarithm() * tails;
             self.evidence[m] = self.evidence[m] * kept::<T>() - (spread + tail) * T::of(0.5) - best;
             let sum = self.S[m] * kept::<T>() + square[m];
             self.S[m] = sum.at_least(T::VARIANCE_FLOOR).at_most(T::MAX_DIFFERENCE);
@@ -326,25 +333,70 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
         let scale = T::one() / walks.degrees();
         let priors = [NO_DRIFT_PRIOR, WALKS_PRIOR].map(T::of);
         let walks = walks.reweighed(all, priors, ahead.blocks * T::of(1.0 / 3.0));
-        let [mut weights, mut variance] = match best > T::zero() {
+        let walks = match best > T::zero() {
             true => walks.map(|sum| sum * (-best).exp()),
             false => walks,
         };
+        let of_flicker = widest(Mixing { bank: self, ahead, mean: all.mean, best, scale });
+        let weights = walks[0] + of_flicker[0];
+        Stated {
+            variance: (walks[1] + of_flicker[1]) / weights * T::of(VARIANCE_FACTOR),
+            flicker: of_flicker[2] / weights,
+        }
+    }
+
+    /// Sums over the members: of the weights, and of these times the variance about `center` and
+    /// times B².
+    #[inline(always)]
+    fn sums(&self, ahead: &Mean<T>, center: T, best: T, scale: T) -> [T; 3] {
         let prior = T::of(FLICKER_PRIOR / LEVELS as f64);
-        let mut flicker = T::zero();
+        let (mut weight, mut variance, mut flicker) = (Each::zeros(), Each::zeros(), Each::zeros());
         for m in 0..LEVELS {
             let evidence = self.evidence[m] - best;
-            if evidence < T::of(-MAX_EVIDENCE_LOSS) {
-                continue;
-            }
-            let weight = prior * evidence.exp();
+            let likelihood = evidence.at_least(T::of(-MAX_EVIDENCE_LOSS)).exponential();
+            let counts = evidence >= T::of(-MAX_EVIDENCE_LOSS);
+            weight[m] = choose(counts, prior * likelihood, T::zero());
             let (mean, own) = self.mean(m, ahead, &self.with_mean(m, ahead));
-            let (off, scale) = (mean - all.mean, self.S[m] * scale);
-            weights += weight;
-            variance += weight * (own * scale + off * off);
-            flicker += weight * scale * self.b[m];
+            let (off, scale) = (mean - center, self.S[m] * scale);
+            variance[m] = weight[m] * (own * scale + off * off);
+            flicker[m] = weight[m] * (scale * self.b[m]);
         }
-        Stated { variance: variance / weights * T::of(VARIANCE_FACTOR), flicker: flicker / weights }
+        [weight.sum(), variance.sum(), flicker.sum()]
+    }
+}
+
+/// A block that all members learn from.
+struct Correction<'a, T> {
+    bank: &'a mut FlickerBank<T>,
+    block: &'a BlockMean<T>,
+    degrees: T,
+    best: T,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> OnRows for Correction<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<F: Fours>(self, _: F) {
+        self.bank.correct_inlined(self.block, self.degrees, self.best);
+    }
+}
+
+/// Sums over all members.
+struct Mixing<'a, T> {
+    bank: &'a FlickerBank<T>,
+    ahead: &'a Mean<T>,
+    mean: T,
+    best: T,
+    scale: T,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> OnRows for Mixing<'_, T> {
+    type Output = [T; 3];
+
+    #[inline(always)]
+    fn run<F: Fours>(self, _: F) -> [T; 3] {
+        self.bank.sums(self.ahead, self.mean, self.best, self.scale)
     }
 }
 

@@ -16,7 +16,7 @@ use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
 use crate::math::validity::{is_size, is_within};
-use crate::math::{Limits, Real};
+use crate::math::{Fours, Limits, OnRows, Real, widest};
 
 /// Members: no drift, then two ratios a decade.
 pub const MEMBERS: usize = 22;
@@ -147,11 +147,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
 
     /// Learns from a full block; returns the logarithm of the likelihood of the best member.
     pub fn correct(&mut self, block: &BlockMean<T>) -> T {
+        let (square, variance) = widest(Correction { bank: self, block });
         for m in 0..MEMBERS {
-            let step = self.step(m, block);
-            self.weigh_in(m, step.innovation * step.innovation / step.S, step.S);
-            self.x[m] = step.end(self.x[m]);
-            self.P[m] = step.P;
+            self.weigh_in(m, square[m], variance[m]);
         }
         self.degrees = self.degrees * kept::<T>() + T::one();
         self.normalise()
@@ -176,11 +174,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
         let off = self.x[0] - all.mean;
         let without = self.P[0] * self.scale(0) + off * off;
         let (others, total) = (T::one() - self.weight[0], all.variance - self.weight[0] * without);
-        let mut process = T::zero();
-        for m in 0..MEMBERS {
-            process += self.weight[m] * self.q[m] * self.S[m];
-        }
-        let variance = total.at_least(T::zero()) + process / self.degrees * blocks;
+        let process = self.weight.component_mul(&self.q).dot(&self.S) / self.degrees;
+        let variance = total.at_least(T::zero()) + process * blocks;
         [none + walks * others, none * without + walks * variance]
     }
 
@@ -213,6 +208,20 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
         }
         let spread = (square - mean * mean).at_least(T::zero());
         Mixture { mean: origin + mean, variance: scaled / self.degrees + spread, P }
+    }
+
+    /// All Kalman steps; returns squared innovations over their variances, and these.
+    #[inline(always)]
+    fn advance(&mut self, block: &BlockMean<T>) -> (Each<T>, Each<T>) {
+        let (mut square, mut variance) = (Each::zeros(), Each::zeros());
+        for m in 0..MEMBERS {
+            let step = self.step(m, block);
+            square[m] = step.innovation * step.innovation / step.S;
+            variance[m] = step.S;
+            self.x[m] = step.end(self.x[m]);
+            self.P[m] = step.P;
+        }
+        (square, variance)
     }
 
     /// One Kalman step of a member.
@@ -257,6 +266,21 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
         self.likelihood = self.weight.sum();
         self.weight /= self.likelihood;
         best
+    }
+}
+
+/// A block that all members learn from.
+struct Correction<'a, T> {
+    bank: &'a mut KalmanBank<T>,
+    block: &'a BlockMean<T>,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> OnRows for Correction<'_, T> {
+    type Output = (Each<T>, Each<T>);
+
+    #[inline(always)]
+    fn run<F: Fours>(self, _: F) -> (Each<T>, Each<T>) {
+        self.bank.advance(self.block)
     }
 }
 

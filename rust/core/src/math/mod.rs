@@ -3,6 +3,7 @@
 
 #[cfg(feature = "std")]
 pub mod distributions;
+mod elementary;
 #[cfg(feature = "std")]
 mod lane;
 #[cfg(feature = "std")]
@@ -17,6 +18,7 @@ pub(crate) mod segments;
 mod symmetric;
 pub(crate) mod validity;
 
+pub use elementary::Elementary;
 #[cfg(feature = "std")]
 pub(crate) use lane::{Lane, MAX_LANES, Mask};
 #[cfg(feature = "std")]

@@ -8,10 +8,12 @@ use nalgebra::{
 };
 use num_traits::{One, Zero};
 
+use super::Elementary;
+
 /// Bounds that keep every finite input finite, in units of the start-up deviation.
 ///
 /// They lie many orders of magnitude beyond what a sensor can do and shape nothing in normal use.
-pub trait Limits: RealField + Copy {
+pub trait Limits: RealField + Copy + Elementary {
     /// Largest raw sample and the largest reciprocal of a scale.
     const MAX_RAW: Self;
     /// Largest normalised sample.

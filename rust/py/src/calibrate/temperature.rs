@@ -160,8 +160,9 @@ impl TemperatureFilter {
 getters! { TemperatureFilter, slf, py, this;
     /// The bias at the last temperature, zero before the first rest: float, with channels (k,).
     bias: Object<'py> = this.shared.each(py, Core::bias)?;
-    /// Standard deviation of ``bias``; before the first rest the largest sample to date, and no
-    /// less than the bias while the assumed rest may be motion: float, with channels (k,).
+    /// Standard deviation of the mean bias over the next 10 s at the last temperature; before the
+    /// first rest the largest sample to date, and no less than the bias while the assumed rest may
+    /// be motion: float, with channels (k,).
     bias_sigma: Object<'py> = this.shared.each(py, Core::bias_sigma)?;
     /// Change of the bias per kelvin: float, with channels (k,).
     slope: Object<'py> = this.shared.each(py, Core::slope)?;

@@ -24,6 +24,9 @@ const MAX_SCALE: f64 = 1e150;
 /// Believed of the slope where nothing is given: one deviation of a sample per kelvin.
 const SLOPE_SIGMA: f64 = 1.0;
 
+/// Seconds of the mean bias whose standard deviation is stated.
+const STATED_SECONDS: f64 = 10.0;
+
 /// Parameters; x is the unit of the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TemperatureParams {
@@ -126,13 +129,16 @@ impl TemperatureFilter {
         self.bias
     }
 
-    /// Its standard deviation: before the first rest the largest sample, and as long as what is taken
-    /// for rest may be motion no less than the bias.
+    /// Standard deviation of the mean bias over the next ten seconds at the temperature now: before
+    /// the first rest the largest sample, and as long as what is taken for rest may be motion no less
+    /// than the bias.
     pub fn bias_sigma(&self) -> f64 {
         if self.scale == 0.0 {
             return if self.begun { 0.0 } else { self.reach };
         }
-        let sigma = self.scale * self.level().sigma;
+        let ticks = STATED_SECONDS * (self.params.rate / self.tick_length());
+        let ahead = self.walks.ahead(self.kelvin(), self.known_step(), self.tick_length(), ticks);
+        let sigma = self.scale * ahead.sigma;
         if self.detector.is_provisional() { sigma.max(self.bias.abs()) } else { sigma }
     }
 
@@ -188,7 +194,7 @@ impl TemperatureFilter {
             None => {}
         }
         if self.scale > 0.0 {
-            self.walks.wait(self.params.walk.map(|walk| self.walked(walk)), self.tick_length());
+            self.walks.wait(self.known_step(), self.tick_length());
         }
         if !self.at_rest || tick.count == 0 {
             return;
@@ -228,11 +234,11 @@ impl TemperatureFilter {
         ((z - self.offset) / self.scale).within(MAX_LEVEL)
     }
 
-    /// Variance that a known walk adds in a tick, in units of the scale.
-    fn walked(&self, walk: f64) -> f64 {
+    /// Variance that the walk adds in a tick if it is known, in units of the scale.
+    fn known_step(&self) -> Option<f64> {
         let seconds = (self.tick_length() / self.params.rate).min(f64::MAX);
-        let walk = (walk / self.scale).min(MAX_LEVEL);
-        walk * walk * seconds
+        let walk = (self.params.walk? / self.scale).min(MAX_LEVEL);
+        Some(walk * walk * seconds)
     }
 
     fn tick_length(&self) -> f64 {

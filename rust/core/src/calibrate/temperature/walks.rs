@@ -109,9 +109,13 @@ impl Walks {
     /// One tick of random walk, of this variance if it is known: of the bias alone.
     pub fn wait(&mut self, known: Option<f64>, length: f64) {
         for m in 0..WALKS {
-            let step = known.map_or(RATIOS[m] / length, |variance| variance / self.noise(m));
-            self.v[m] = (self.v[m] + step).min(MAX_VARIANCE);
+            self.v[m] = (self.v[m] + self.step(m, known, length)).min(MAX_VARIANCE);
         }
+    }
+
+    /// Variance that a walk adds in a tick, over its noise.
+    fn step(&self, m: usize, known: Option<f64>, length: f64) -> f64 {
+        known.map_or(RATIOS[m] / length, |variance| variance / self.noise(m))
     }
 
     /// Learns from a tick at rest, of white variance R, `d` kelvins from the reference.
@@ -140,6 +144,15 @@ impl Walks {
         self.mixture(|m| {
             let h = self.u[m] + d;
             (self.x[m] + self.k[m] * d, self.v[m] + h * h * self.c[m])
+        })
+    }
+
+    /// The mean bias over the next `ticks`, if it stays `d` kelvins from the reference.
+    pub fn ahead(&self, d: f64, known: Option<f64>, length: f64, ticks: f64) -> Mixture {
+        self.mixture(|m| {
+            let h = self.u[m] + d;
+            let walked = (self.step(m, known, length) * ticks / 3.0).min(MAX_VARIANCE);
+            (self.x[m] + self.k[m] * d, self.v[m] + h * h * self.c[m] + walked)
         })
     }
 

@@ -1,0 +1,47 @@
+"""Low-pass filters of simulated sensors: what their samples show of noise and drift."""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from zerorate.faults import ArgumentError
+from zerorate.noise import LowPass
+from zerorate.types import Floats
+
+_MAX_ORDER: Final = 8
+_MEMORY_CORNERS: Final = 64.0
+"""Samples after which an impulse response is over, times the corner in cycles a sample."""
+_MIN_LINES: Final = 256
+_WIDTH_OF_MEAN: Final = 0.4429
+"""Samples of a moving average times its corner."""
+
+
+def impulse_response(low_pass: LowPass, rate: float) -> Floats:
+    """Return the impulse response of a filter at a sampling rate, as long as it lasts.
+
+    A digital Butterworth filter of the nearest whole order, or a moving average. Its frequency
+    response, at as many lines as make it end within them, is that of the bilinear transform.
+    """
+    corner = float(low_pass.corner) / rate
+    if not corner < 0.5:
+        raise ArgumentError("low_pass", f"must have its corner below {0.5 * rate:g} Hz")
+    if math.isinf(low_pass.order):
+        width = max(round(_WIDTH_OF_MEAN / corner), 1)
+        return np.full(width, 1.0 / width)
+    order = 2 if math.isnan(low_pass.order) else min(max(round(low_pass.order), 1), _MAX_ORDER)
+    lines = 1 << math.ceil(math.log2(max(_MEMORY_CORNERS / corner, _MIN_LINES)))
+    omega = np.arange(lines) * (math.pi / lines)
+    s = 1j * np.tan(0.5 * omega) / math.tan(math.pi * corner)
+    angles = math.pi * (2.0 * np.arange(order) + order + 1.0) / (2.0 * order)
+    poles = np.exp(1j * angles)
+    # Nothing passes at half the rate.
+    response = np.append(np.prod(-poles[:, None] / (s - poles[:, None]), axis=0), 0.0)
+    return np.fft.irfft(response)[:lines]
+
+
+def convolve(signal: Floats, response: Floats) -> Floats:
+    """Return a signal behind a filter: where all of the impulse response lies within it."""
+    size = 1 << (signal.size + response.size - 1).bit_length()
+    product = np.fft.rfft(signal, size) * np.fft.rfft(response, size)
+    return np.fft.irfft(product, size)[response.size - 1 : signal.size]
