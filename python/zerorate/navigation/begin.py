@@ -50,6 +50,8 @@ _SEPARATE_CLOCK_S: Final = 1.0
 """Difference of two clocks from which on they were never meant to be one."""
 _MIN_MOUNT_ANGLE_RAD: Final = math.radians(3.0)
 """Rotation below which found axes are left alone: a road slopes by as much."""
+_MAX_NOISE_FACTOR: Final = 0.5
+"""Factor on white noise below which clock and antenna are searched again."""
 _MIN_OFFSET_S: Final = 0.02
 """Offset of a clock below which it is left alone."""
 
@@ -268,8 +270,8 @@ def find_beginning(
     start, offset, clock, sentence = search.find_start_and_clock(nav_checks)
     arm = search.arm(clock, offset)
     found = search.find_noise(start, offset, arm) if noise == "auto" else None
-    if clock is not None and found is not None and not found.kept:
-        # What sensors say of clock and antenna depends on their noise.
+    if clock is not None and found is not None and min(found.factors[:2]) < _MAX_NOISE_FACTOR:
+        # Sensors that are better than assumed tell more of clock and antenna.
         search = replace(search, options={**options, **found.models})
         start, offset, clock, sentence = search.find_start_and_clock(nav_checks)
         arm = search.arm(clock, offset)
