@@ -1,7 +1,8 @@
 """How good the track of a foot is: on recorded walks with a reference, and on simulated ones.
 
-``python examples/foot_study.py [FOLDER]`` prints four tables in Markdown, and draws the figure of
-`docs/how-to/walk.md`. FOLDER has the recordings ``foot_*_200hz.parquet`` (sensors on a shoe, with
+``python examples/foot_study.py [FOLDER]`` prints its tables in Markdown, and draws the figure of
+`docs/how-to/walk.md`. The rows on other bodies, starts, climbs, lifts and splices are those of
+`foot_trials.py`. FOLDER has the recordings ``foot_*_200hz.parquet`` (sensors on a shoe, with
 motion capture or control points; mtahakoroglu/LLIO-aided-iPyShoe). Default: ../shared/data beside
 the checkout.
 """
@@ -15,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 
+import foot_trials as trials
 import zerorate as zr
 from recordings import BESIDE
 from tables import table
@@ -39,7 +41,7 @@ RELATIVE = 0.001
 """White noise of the gyro that the filter takes for given: rad/s/sqrt(Hz), and that by rate."""
 BIAS = math.radians(0.3)
 RANGE = math.radians(500.0)
-"""What the live filter is told of the gyros."""
+"""Range of the gyros that the live filter may be given, rad/s."""
 
 
 def reference(path):
@@ -60,10 +62,10 @@ def errors(z, truth):
     return math.sqrt(np.mean(off**2)), off[-1]
 
 
-def live(path, known, truth):
+def live(path, known, truth, gyro_range=None):
     """Return rms and end error, m, of the live filter, what it says moved back by its delay."""
     samples = Samples.of(zr.read_recording(path), mag=False)
-    foot = zr.FootFilter(200.0, floor="level", gyro_range=RANGE)
+    foot = zr.FootFilter(200.0, floor="level", gyro_range=gyro_range)
     told = foot.process(samples.gyro, samples.accel)
     late = round(foot.delay * foot.rate)
     place = np.vstack([told[late:], np.repeat(told[-1:], late, axis=0)])
@@ -100,6 +102,24 @@ def recorded_rows(folder):
         )
 
 
+def tail_rows(folder):
+    """Yield mean, median, p90 and p95 of errors in the plane, m: rms, and at the end."""
+    found = {name: [] for name in ("live", "live, range stated", "filter", "smoothed")}
+    for name, _, _, ways in recorded(folder, floor="level"):
+        path = folder / f"foot_{name}_200hz.parquet"
+        known, truth = reference(path)
+        both = live(path, known, truth), live(path, known, truth, RANGE), *ways
+        for values, way in zip(found.values(), both, strict=True):
+            values.append(way)
+    for name, values in found.items():
+        columns = np.array(values).T
+        parts = [
+            " / ".join(f"{x:.3f}" for x in (column.mean(), *np.quantile(column, [0.5, 0.9, 0.95])))
+            for column in columns
+        ]
+        yield name, *parts
+
+
 def part_rows(folder):
     """Yield mean end errors where one part is left out."""
     parts = {
@@ -133,8 +153,8 @@ def heading(quaternion):
 def simulated_rows():
     """Yield errors of a minute beside the deviations that the filter tells."""
     cases = {
-        "as the filter takes it, rest before": (2.0, NOISE, RELATIVE, BIAS),
-        "the same, never at rest": (0.0, NOISE, RELATIVE, BIAS),
+        "consumer gyro, rest before": (2.0, NOISE, RELATIVE, BIAS),
+        "consumer gyro, no rest": (0.0, NOISE, RELATIVE, BIAS),
         "a twentieth of the noise, rest before": (2.0, NOISE / 20, RELATIVE / 20, BIAS),
     }
     for name, (rest, noise, relative, bias) in cases.items():
@@ -192,20 +212,65 @@ def draw(folder):
     save_figure(track.plot(), FIGURE)
 
 
+TABLES = (
+    (
+        "Recorded walks, live / filter / smoothed",
+        ("recording", "m", "stances", "clipped at", "rmse m", "end %", "sigma m"),
+        recorded_rows,
+    ),
+    (
+        "Errors in the plane, m: mean / median / p90 / p95 of the recorded walks",
+        ("filter", "rmse", "end"),
+        tail_rows,
+    ),
+    (
+        "Mean end error, %, smoothed",
+        ("filter", "five with motion capture", "two with control points"),
+        part_rows,
+    ),
+    (
+        f"{WALKS} simulated minutes",
+        ("sensor", "heading deg", "sigma", "within sigma", "end m", "sigma", "within sigma"),
+        lambda _: simulated_rows(),
+    ),
+    (
+        "Is it a foot?",
+        ("body", "count", "share", "navigated", "noted", "refused", "never swings"),
+        trials.body_rows,
+    ),
+    (
+        "Begun at a random moment",
+        ("walks", "count", "climb off m", "beyond 3 sigma", "over sigma", "end off m"),
+        trials.start_rows,
+    ),
+    (
+        "Climb of level walks over its deviation, rms (largest)",
+        ("gyro", "recorded", "simulated"),
+        trials.climb_rows,
+    ),
+    (
+        "Errors over deviations, rms, after a minute",
+        ("start", "Hz", "lost %", "along", "across", "up", "heading"),
+        lambda _: trials.consistency_rows(),
+    ),
+    ("Lifts", ("", "count", "found once", "height off m", "median %"), trials.lift_rows),
+    (
+        "Two walks joined, sensors mounted otherwise",
+        ("splices", "strides until right", "rejections", "live", "noted"),
+        lambda _: trials.splice_rows(),
+    ),
+    (
+        "A simulated hour",
+        ("s", "m", "end m", "sigma m", "filter s", "smoother s", "peak MB", "live µs a sample"),
+        lambda _: hour_rows(),
+    ),
+)
+
+
 def main(folder):
     """Print the tables."""
-    head = "recording", "m", "stances", "clipped at", "rmse m", "end %", "sigma m"
-    print(
-        table(
-            "Recorded walks, live / filter / smoothed", head, recorded_rows(folder), markdown=True
-        )
-    )
-    head = "filter", "five with motion capture", "two with control points"
-    print(table("Mean end error, %, smoothed", head, part_rows(folder), markdown=True))
-    head = "sensor", "heading deg", "sigma", "within sigma", "end m", "sigma", "within sigma"
-    print(table(f"{WALKS} simulated minutes", head, simulated_rows(), markdown=True))
-    head = "s", "m", "end m", "sigma m", "filter s", "smoother s", "peak MB", "live µs a sample"
-    print(table("A simulated hour", head, hour_rows(), markdown=True))
+    for title, head, rows in TABLES:
+        print(table(title, head, rows(folder), markdown=True), flush=True)
     draw(folder)
 
 

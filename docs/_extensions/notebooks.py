@@ -1,7 +1,7 @@
 """Pages of the folder ``notebooks`` are run when they are read, and show what their cells give.
 
-Below each cell stands what it prints, the value of its last line, and the figures among these. A cell
-that raises fails the build.
+Output, the value of the last line and the figures follow each cell. A cell that raises fails the
+build.
 """
 
 import ast
@@ -32,7 +32,9 @@ def run_page(app, docname, source):
     names = {"__name__": "__main__"}
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
         os.environ.setdefault("MPLBACKEND", "agg")
-        source[0] = CELL.sub(lambda cell: f"{cell[0]}\n{run_cell(cell[1], names, docname)}", source[0])
+        source[0] = CELL.sub(
+            lambda cell: f"{cell[0]}\n{run_cell(cell[1], names, docname)}", source[0]
+        )
 
 
 def run_cell(code, names, docname):

@@ -150,6 +150,7 @@ __all__ = [
     "exponential_mean",
     "filter_options",
     "fit_autoregression",
+    "foot_lead",
     "foot_track",
     "integrate_rates",
     "lagged_products",
@@ -1067,7 +1068,11 @@ class FootFilter(_Stream, Generic[_Number, _Flag]):
     @property
     def fastest(self) -> _Number: ...
     @property
+    def foot_share(self) -> _Number: ...
+    @property
     def rejection_count(self) -> int | npt.NDArray[np.uint64]: ...
+    @property
+    def relevel_count(self) -> int | npt.NDArray[np.uint64]: ...
     @property
     def samples_seen(self) -> int: ...
     @property
@@ -1384,6 +1389,13 @@ def foot_track(
     restore: bool,
     record: bool,
 ) -> tuple[dict[str, Any], NavigationRecord | None]: ...
+def foot_lead(
+    time: npt.ArrayLike,
+    gyro: npt.ArrayLike,
+    accel: npt.ArrayLike,
+    quaternion: npt.ArrayLike,
+    biases: npt.ArrayLike,
+) -> tuple[_Floats, _Floats, _Floats]: ...
 def restore_clipped_rates(
     gyro: npt.ArrayLike, dt: float
 ) -> tuple[_Floats, list[tuple[int, float, float, int]], _Floats]: ...

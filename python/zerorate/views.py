@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import os
 from base64 import b64encode
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from html import escape
 from importlib import import_module
 from io import BytesIO
@@ -19,14 +21,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = [
+    "FigureError",
     "Result",
     "Tabular",
     "View",
     "add_registrar",
+    "collect_figure_faults",
     "figure_of",
     "html_of",
+    "is_undrawn",
     "page_of",
     "register",
+    "report_figure_faults",
     "save_figure",
     "table_of",
 ]
@@ -96,9 +102,16 @@ def html_of(result: object) -> str:
     """Return the table of a result, and its small figure where there is matplotlib."""
     table = f'<pre style="{_TABLE_STYLE}">{escape(table_of(result))}</pre>'
     try:
-        figure = figure_of(result)
+        return f'<div style="{_ROW_STYLE}">{table}{_image_of(result)}</div>'
     except ImportError:
         return f"<div>{table}</div>"
+    except Exception as error:  # whatever a figure lacks, the table is there
+        return f"<div>{table}<p>The figure could not be drawn: {escape(str(error))}</p></div>"
+
+
+def _image_of(result: object) -> str:
+    """Return the figure of a result as an image of a page."""
+    figure = figure_of(result)
     buffer = BytesIO()
     # More pixels than are shown, for screens of high resolution.
     width, height = figure.get_size_inches()
@@ -106,8 +119,7 @@ def html_of(result: object) -> str:
     figure.savefig(buffer, format="png", dpi=1.5 * scale)
     data = b64encode(buffer.getvalue()).decode("ascii")
     size = f'width="{width * scale:.0f}" style="{_FIGURE_STYLE}"'
-    image = f'<img src="data:image/png;base64,{data}" {size} alt="figure">'
-    return f'<div style="{_ROW_STYLE}">{table}{image}</div>'
+    return f'<img src="data:image/png;base64,{data}" {size} alt="figure">'
 
 
 def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
@@ -139,6 +151,52 @@ def _import_registrars() -> None:
 def _load_function(target: str) -> Any:  # noqa: ANN401
     module, _, name = target.partition(":")
     return getattr(import_module(module), name)
+
+
+class FigureError(Exception):
+    """A figure could not be drawn; all other files of the result were written.
+
+    Parameters
+    ----------
+    path : path
+        The file of the figure.
+    error : Exception
+        What it failed by.
+    """
+
+    def __init__(self, path: os.PathLike[str], error: Exception) -> None:
+        """Make the sentence."""
+        self.path = os.fspath(path)
+        reason = " ".join(str(error).split()) or type(error).__name__
+        super().__init__(f"{self.path} could not be drawn: {reason}; all other files were written")
+
+
+_FIGURE_FAULTS: ContextVar[list[FigureError] | None] = ContextVar("figure_faults", default=None)
+
+
+@contextmanager
+def collect_figure_faults() -> Iterator[list[FigureError]]:
+    """Collect figures that cannot be drawn in the body, which goes on without them."""
+    faults: list[FigureError] = []
+    token = _FIGURE_FAULTS.set(faults)
+    try:
+        yield faults
+    finally:
+        _FIGURE_FAULTS.reset(token)
+
+
+def report_figure_faults(faults: Sequence[FigureError]) -> None:
+    """Hand figures that could not be drawn to `collect_figure_faults`, or raise the first."""
+    collected = _FIGURE_FAULTS.get()
+    if collected is not None:
+        collected.extend(faults)
+    elif faults:
+        raise faults[0]
+
+
+def is_undrawn(path: str | os.PathLike[str]) -> bool:
+    """Return True for the file of a figure that `collect_figure_faults` has collected."""
+    return any(fault.path == os.fspath(path) for fault in _FIGURE_FAULTS.get() or ())
 
 
 class Tabular:

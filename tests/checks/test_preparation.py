@@ -1,7 +1,9 @@
 """The preparation of recordings: faults of any kind drawn are found, and what is right stays."""
 
+import runpy
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from zerorate.geometry.rotations import rotate
 KINDS = ("pendulum", "spinning pendulum", "arm", "vehicle", "circle", "hand")
 G = 9.80665
 SEEDS = range(6)
+BODIES = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "foot_bodies.py"))
 
 
 @cache
@@ -53,6 +56,16 @@ def test_right_walks_and_drives_stay_as_they_are(seed):
     assert drop_held_fixes(drive.fixes) == (drive.fixes, ())
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("kind", ["hand", "arm"])
+def test_a_wrong_axis_is_seen_in_spite_of_clipping(kind, seed):
+    made = motion(kind, seed)
+    limit = np.quantile(np.abs(made.gyro).max(axis=1), 0.97)
+    wrong = np.clip(made.gyro, -limit, limit) * [1.0, -1.0, 1.0]
+    alarms = prepare(with_log(made.recording(), "gyro", wrong)).alarms
+    assert any("y axis has the sign other than" in alarm for alarm in alarms)
+
+
 class TestGravity:
     @pytest.mark.parametrize("kind", KINDS)
     def test_it_is_missed_and_named(self, kind):
@@ -79,6 +92,14 @@ class TestGravity:
         hand = motion().recording().accel
         for log in (walk, hand):
             assert not lacks_gravity(log.with_data(scale * log.data))
+
+    @pytest.mark.parametrize("kind", BODIES["FEET"])
+    @pytest.mark.parametrize("gravity", [0.0, G])
+    def test_it_is_missed_on_a_foot_however_fast(self, kind, gravity):
+        for seed in range(3):
+            _, rate, *samples = BODIES["foot"](seed, kind, 100.0, 20.0, gravity)
+            recording = BODIES["recording"](samples[0], rate, *samples[1:])
+            assert lacks_gravity(recording.accel, recording.gyro) == (gravity == 0.0), seed
 
     def test_less_than_five_seconds_are_not_judged(self):
         made = motion(duration=4.0)

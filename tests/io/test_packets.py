@@ -25,6 +25,7 @@ def fed(name, *pieces):
     """Return the rows of pieces, and what is told of damage."""
     decoder = PACKETS[name].decoder()
     found = [row for piece in pieces for row in decoder.feed(piece)]
+    found += decoder.finish()
     rows = [tuple(row) for row in found if not isinstance(row, Damage)]
     return rows, [row.reason for row in found if isinstance(row, Damage)]
 
@@ -208,3 +209,64 @@ def test_acceleration_without_gravity_is_not_taken_for_a_force():
         "phone", sensor_logger([("accelerometer", 1, ACCEL), ("gyroscope", 2, GYRO)]) + b"\n"
     )
     assert (rows, told) == ([(2, *GYRO, *[""] * 6)], [])
+
+
+@pytest.mark.parametrize("name", FORMS)
+@given(data=st.data())
+def test_damaged_bytes_give_the_same_however_they_are_cut(name, data):
+    packets, _ = SENT[name]
+    raw = bytearray(b"".join(data.draw(st.lists(st.sampled_from(packets), max_size=30))))
+    for _ in range(data.draw(st.integers(0, 6)) if raw else 0):
+        at = data.draw(st.integers(0, len(raw) - 1))
+        match data.draw(st.sampled_from(["change", "lose", "insert", "foreign"])):
+            case "change":
+                raw[at] ^= data.draw(st.integers(1, 255))
+            case "lose":
+                del raw[at : at + data.draw(st.integers(1, 25))]
+            case "insert":
+                raw[at:at] = data.draw(st.binary(max_size=30))
+            case "foreign":
+                raw[at:at] = data.draw(st.sampled_from([b"\0", b"\x55", b"1"])) * 5000
+        if not raw:
+            break
+    size = data.draw(st.sampled_from([1, 2, 3, 7, 11, 16, 20, 64, 1 << 20]))
+    other = data.draw(st.sampled_from([1, 5, 20, 1000, 1 << 20]))
+
+    def by(step):
+        return fed(name, *(bytes(raw[i : i + step]) for i in range(0, len(raw), step)))
+
+    assert by(size) == by(other)
+
+
+@given(
+    digits=st.integers(1, 6000),
+    key=st.sampled_from(["timestamp", "values", "both"]),
+    sign=st.sampled_from(["", "-"]),
+)
+def test_numbers_of_any_length_are_damage_and_no_fault(digits, key, sign):
+    long = sign + "9" * digits
+    stamp = long if key != "values" else "5"
+    value = long if key != "timestamp" else "0.5"
+    event = f'{{"type":"gyroscope","timestamp":{stamp},"values":[{value},0,1]}}\n'.encode()
+    rows, told = fed("phone", *SENT["phone"][0], event, *SENT["phone"][0])
+    known = len(SENT["phone"][1])
+    assert len(rows) + len(told) == 2 * known + 1
+    assert all(abs(row[0]) < 1 << 63 for row in rows)
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_an_end_within_a_packet_is_told(name):
+    packets, rows = SENT[name]
+    for cut in range(1, len(packets[-1])):
+        found, told = fed(name, *packets, packets[-1][:cut])
+        assert found[: len(rows)] == rows
+        assert len(told) == 1 or len(found) > len(rows), (cut, told)
+
+
+def test_a_message_without_an_end_costs_no_more_than_its_bytes():
+    decoder = PACKETS["phone"].decoder()
+    buffer = decoder._buffer
+    piece = b"[" * 16
+    for n in range(1 << 14):
+        assert not list(decoder.feed(piece))
+        assert buffer._searched == 16 * (n + 1)

@@ -1,5 +1,7 @@
 """NPZ and HDF5: only what is asked for is read, and only from the file itself."""
 
+import io
+import time
 import zipfile
 
 import h5py
@@ -133,3 +135,24 @@ def test_soft_links_and_empty_data_sets(tmp_path):
         file["again"] = h5py.SoftLink("/gyro_x")
         file["nothing"] = h5py.Empty("f8")
     assert read_log(tmp_path / "a.h5", rate=100).n == N
+
+
+@pytest.mark.parametrize("shape", [(10**10,), (10**10, 3), (0, 10**10), (3, 10**12), (1 << 62, 4)])
+@pytest.mark.parametrize("kind", ["S0", "V0", "U0", "S1", "f8", "c16", [("gx", "S0")], []])
+@pytest.mark.parametrize("suffix", [".npy", ".npz"])
+def test_absurd_sizes_are_a_sentence(tmp_path, shape, kind, suffix):
+    header = io.BytesIO()
+    descr = np.lib.format.dtype_to_descr(np.dtype(kind))
+    np.lib.format.write_array_header_1_0(
+        header, {"descr": descr, "fortran_order": False, "shape": shape}
+    )
+    path = tmp_path / f"log{suffix}"
+    if suffix == ".npy":
+        path.write_bytes(header.getvalue())
+    else:
+        with zipfile.ZipFile(path, "w") as archive:
+            archive.writestr("data.npy", header.getvalue())
+    begin = time.monotonic()
+    with pytest.raises(LogError, match="log"):
+        read_log(path, rate=100)
+    assert time.monotonic() - begin < 5.0

@@ -73,6 +73,7 @@ OLDER = [
     ("rest-detector", "rest-detector", 2, 4),
     ("rest-detector", "rest-detector", 3, 4),
     ("temperature", "temperature", 1, 2),
+    ("foot", "foot", 1, 2),
     ("array", "gyro-array", 1, 3),
     ("array", "gyro-array", 2, 3),
 ]

@@ -59,7 +59,7 @@ def test_one_of_wheels_is_refused_without_them(name):
 
 def test_those_of_a_foot_are_those_of_its_class():
     signature = inspect.signature(FootNavigation).parameters
-    assert set(FOOT_OPTIONS) == set(signature) - {"rate", "restore"}
+    assert set(FOOT_OPTIONS) == set(signature) - {"rate", "restore", "assume_foot"}
     for name, option in FOOT_OPTIONS.items():
         assert signature[name].default == option.default
         for choice in option.choices:

@@ -127,6 +127,11 @@ def levelled(force):
     return np.array([[cp, sp * sr, sp * cr], [0.0, cr, -sr], [-sp, cp * sr, cp * cr]])
 
 
+def about_down(angle):
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
 def quaternion(C):
     from scipy.spatial.transform import Rotation
 
@@ -143,7 +148,8 @@ class Foot(Navigation):
         force = force if abs(force - G) < 0.3 else G
         u = bound(gyro, accel, dt, 0.0, force)
         found = rests(u, gyro, dt)
-        if found and found[0][0] * dt < 1.5:
+        rested = bool(found) and found[0][0] * dt < 1.5
+        if rested:
             a, b, rate, s, _ = found[0]
             share = (0.3 * DEG) ** 2 / ((0.3 * DEG) ** 2 + s**2)
             mean = accel[a:b].mean(axis=0)
@@ -153,11 +159,23 @@ class Foot(Navigation):
             u = bound(gyro, accel, dt, b_g, force)
             found = rests(u, gyro, dt, b)
             sigmas = 0.01, 0.3 * DEG, np.sqrt(share) * s
-        else:
-            k, half = np.argmin(u[: round(1.0 / dt)]), round(0.05 / dt)
-            mean = accel[max(k - half, 0) : k + half + 1].mean(axis=0)
-            b_g, b_a, sigmas = np.zeros(3), np.zeros(3), (1.0, 3.0 * DEG, 0.3 * DEG)
+        self.gyro, self.accel, self.u, self.found_rests = gyro, accel, u, found
+        self.every, self.dt = max(1, round(0.02 / dt)), dt
+        self.look_for_stances()
+        self.origin, heading_sigma = 0, 1e-6
+        if not rested:
+            mean, level, speed = self.valley()
+            b_g, b_a, sigmas = np.zeros(3), np.zeros(3), (speed, level, 0.3 * DEG)
         C = levelled(mean)
+        if self.origin:
+            self.lead = self.go_back(C)
+            first = self.lead[0][1]
+            C = about_down(-np.arctan2(first[1, 0], first[0, 0])) @ C
+            self.lead = self.go_back(C)
+            since = time[self.origin] - time[0]
+            slope = first[2, 0] ** 2
+            slope = np.sqrt(slope / max(1.0 - slope, 0.01))
+            heading_sigma = np.hypot(sigmas[2] * since, sigmas[1] * slope)
         start = SimpleNamespace(
             quaternion=quaternion(C),
             heading_known=True,
@@ -166,10 +184,10 @@ class Foot(Navigation):
             gyro_bias=b_g,
             accel_bias=b_a,
             level_sigma=sigmas[1],
-            heading_sigma=1e-6,
+            heading_sigma=heading_sigma,
             gyro_bias_sigma=sigmas[2],
             accel_bias_sigma=0.1,
-            time=time[0],
+            time=time[self.origin],
         )
         noise = [(0.05 * DEG, 1e-7), (0.03, 0.01)]
         super().__init__(
@@ -177,9 +195,42 @@ class Foot(Navigation):
         )
         self.C, self.place, self.navigating = C, Plane(), True
         self.P[R, R], self.P[V, V] = I3 * 1e-10, I3 * sigmas[0] ** 2
-        self.gyro, self.accel, self.u, self.found_rests = gyro, accel, u, found
-        self.every, self.dt = max(1, round(0.02 / dt)), dt
-        self.look_for_stances()
+
+    def valley(self):
+        """Mean force, and deviations of tilt and velocity, of the stance in which it begins."""
+        marks = [int(group[np.argmin(self.u[group])]) for group in self.stances]
+        early = [k for k in marks if self.t[k] - self.t[0] < 3.0] or marks[:1]
+        low = min(self.u[k] for k in early)
+        self.origin = next(k for k in marks if self.u[k] < 2.0 * max(low, 0.01))
+        half, u = round(0.05 / self.dt), self.u[self.origin]
+        mean = self.accel[max(self.origin - half, 0) : self.origin + half + 1].mean(axis=0)
+        noise = (0.003**2 + u**2 * (1.0 + (u / 0.1) ** 2)) * max(1.0, 0.05 / (self.every * self.dt))
+        return mean, max(3.0 * DEG, min(u / (0.0175 * G), 1.0)), np.sqrt(noise)
+
+    def go_back(self, C):
+        """Positions and attitudes before it begins: strapdown with time reversed."""
+        from scipy.spatial.transform import Rotation
+
+        place, speed, found = np.zeros(3), np.zeros(3), []
+        for k in range(self.origin, 0, -1):
+            dt = self.t[k] - self.t[k - 1]
+            w, f = -self.gyro[[k, k - 1]], self.accel[[k, k - 1]]
+            turn = w.mean(axis=0) * dt + np.cross(w[0], w[1]) * dt**2 / 12.0
+            gain = f.mean(axis=0) * dt
+            gain = (
+                gain
+                + (np.cross(w[0], f[1]) + np.cross(f[0], w[1])) * dt**2 / 12.0
+                + 0.5 * np.cross(turn, gain)
+            )
+            frame = np.array([speed[1], -speed[0], 0.0]) / RADIUS
+            pushed = C @ gain
+            change = pushed + np.array([0.0, 0.0, G * dt])
+            change -= np.cross(frame, speed + 0.5 * pushed) * dt
+            place, speed = place + (speed + 0.5 * change) * dt, speed + change
+            C = Rotation.from_rotvec(-frame * dt).as_matrix() @ C
+            C = nearest_rotation(C @ Rotation.from_rotvec(turn).as_matrix())
+            found.append((place, C))
+        return found[::-1]
 
     def look_for_stances(self):
         n, round_ = len(self.u), round(0.7 / self.dt)
@@ -207,10 +258,11 @@ class Foot(Navigation):
         return G_
 
     def run(self):
-        positions, floor, rejected = [np.zeros(3)], None, 0.0
+        floor, rejected, begin = None, 0.0, self.origin
+        positions = [place for place, _ in self.lead] + [np.zeros(3)] if begin else [np.zeros(3)]
         self.more = np.zeros(2)
-        self.update(self.t[0], self.gyro[0], self.accel[0])
-        for k in range(1, len(self.t)):
+        self.update(self.t[begin], self.gyro[begin], self.accel[begin])
+        for k in range(begin + 1, len(self.t)):
             self.update(self.t[k], self.gyro[k], self.accel[k])
             dt, rate = self.t[k] - self.t[k - 1], self.gyro[k] - self.b_g
             shock = np.linalg.norm(self.accel[k]) - G
@@ -230,7 +282,7 @@ class Foot(Navigation):
                 self.apply(x)
             positions.append(np.array([self.latitude, self.longitude, 0.0]) * RADIUS)
             positions[-1][2] = -self.height
-        return np.array(positions)
+        return np.array(positions) - positions[0]
 
     def zero_velocity(self, k, x, rejected):
         u, T = self.u[k], self.every * self.dt

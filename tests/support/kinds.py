@@ -195,9 +195,21 @@ def columns() -> Iterator[Kind]:
         "Time (s),Gyroscope x,Gyroscope y,Gyroscope z (deg/s),Accel x,Accel y,Accel z (g)",
     ):
         yield Kind(f"unit once: {head[:20]}", head + "\n" + six, gyro, force)
+    counts = (gyro * 131).astype(int)
+    text = "millis,gx,gy,gz\n" + rows(ms, counts & 0xFFFF)
+    yield Kind("counts without a sign", text, counts & 0xFFFF, said=("without their sign",))
     for odd in ("gyro_sum_dps", "gyro", "gyro_w", "Gyro_Total", "gyro_mag_dps"):
         head = f"t,gyro_x_dps,gyro_y_dps,gyro_z_dps,{odd}\n"
         yield Kind(f"odd {odd}", head + rows(s, gyro, gyro.sum(axis=1)), gyro)
+    for head in (
+        "t,GyX,GyY,GyZ,AcX,AcY,AcZ", "t,ωx,ωy,ωz,ax,ay,az",
+        "t,角速度X,角速度Y,角速度Z,加速度X,加速度Y,加速度Z",
+        "t,陀螺仪x,陀螺仪y,陀螺仪z,加速度x,加速度y,加速度z",
+        "t,자이로 X,자이로 Y,자이로 Z,가속도 X,가속도 Y,가속도 Z",
+        "t,Гироскоп X,Гироскоп Y,Гироскоп Z,Акселерометр X,Акселерометр Y,Акселерометр Z",
+        "t,ジャイロX,ジャイロY,ジャイロZ,加速度X,加速度Y,加速度Z",
+    ):  # fmt: skip
+        yield Kind(f"letters: {head}", head + "\n" + six, gyro, force, options={"unit": "deg/s"})
     other, _ = truth(6)
     for head in (
         "millis,gx1_dps,gy1_dps,gz1_dps,gx2_dps,gy2_dps,gz2_dps",
@@ -397,7 +409,139 @@ def texts() -> Iterator[Kind]:
     yield Kind("rostopic echo", echo, np.radians(gyro), force * 9.80665, file="echo.txt")
 
 
-KINDS = {"clocks": clocks, "columns": columns, "torn": torn, "texts": texts}
+def consoles() -> Iterator[Kind]:
+    """Yield lines of consoles: stamps before them, vectors behind a word, units behind numbers."""
+    gyro, force = truth(21)
+    turn = np.radians(gyro).round(7)
+    clocked = {"options": {"unit": "deg/s"}, "file": "c.log"}
+    free = {"options": {"unit": "deg/s", "rate": 100.0}, "file": "c.log"}
+
+    def lines(form: str, rates: np.ndarray = gyro) -> str:
+        return "".join(
+            form.format(
+                ms=500 + 10 * i, clock=f"12:00:{i // 100:02d}.{i % 100 * 10:03d}",
+                g=", ".join(map(str, rates[i])), a=" ".join(map(str, force[i])),
+                **dict(zip(("gx", "gy", "gz"), rates[i], strict=True)),
+                **dict(zip(("ax", "ay", "az"), force[i], strict=True)),
+            )
+            + "\n"
+            for i in range(N)
+        )  # fmt: skip
+
+    pairs = "gx={gx} gy={gy} gz={gz} ax={ax} ay={ay} az={az}"
+    for before in (
+        "05-01 {clock} 1234 5678 D IMU: ", "2024-05-01 {clock} INFO ", "2024/05/01 {clock} [3] ",
+        "May  1 {clock} pi imu[12]: ", "[{clock}] ", "{clock} -> ", "{ms} ms: ", "t={ms} ms ",
+    ):  # fmt: skip
+        yield Kind(f"before pairs: {before}", lines(before + pairs), gyro, force, **clocked)
+    table = "{gx},{gy},{gz}"
+    for before in ("[{clock}] ", "[{clock}]: ", "{clock} -> "):
+        yield Kind(f"before a table: {before}", lines(before + table), gyro, **clocked)
+    for form in (
+        "gyro: {g} accel: {a}", "G: {g} A: {a}", "gyro[{g}] accel[{a}]", "Gyro=({g}) Acc=({a})",
+        "a/g: {ax} {ay} {az} {gx} {gy} {gz}", "GYR {gx} {gy} {gz} ACC: {ax} {ay} {az}",
+        "{{'gx': {gx}, 'gy': {gy}, 'gz': {gz}, 'ax': {ax}, 'ay': {ay}, 'az': {az}}}",
+    ):  # fmt: skip
+        yield Kind(f"without a clock: {form}", lines(form), gyro, force, **free)
+    yield Kind("a line each", lines("{ms} accel: {a}\n{ms} gyro: {g}"), gyro, force, **clocked)
+    text = lines(
+        "Acceleration X: {ax}, Y: {ay}, Z: {az} g\nRotation X: {gx}, Y: {gy}, Z: {gz} rad/s\n"
+        "Temperature: 22.5 degC\n",
+        turn,
+    )
+    yield Kind("units behind", text, turn, force, options={"rate": 100.0}, file="c.log")
+    units = "{ms} gx: {gx} deg/s gy: {gy} deg/s gz: {gz} deg/s ax: {ax}g ay: {ay}g az: {az}g"
+    yield Kind("unit each", lines(units), gyro, force, file="c.log")
+    for word in ("IMU", "$PIMU"):
+        text = lines(f"{word},{{ms}},{{ax}},{{ay}},{{az}},{{gx}},{{gy}},{{gz}}\nGPS,{{ms}},48.1,11")
+        yield Kind(f"rows of {word}", text, gyro, force, **clocked)
+
+
+def documents() -> Iterator[Kind]:
+    """Yield documents of JSON, measurements of InfluxDB, topics without a name, zeros, rules."""
+    gyro, force = truth(22)
+    ms = _times("ms", 3.0)
+    rows_of = [
+        dict(
+            zip(
+                ("t_ms", "gx", "gy", "gz", "ax", "ay", "az"),
+                (ms[i], *gyro[i], *force[i]),
+                strict=True,
+            )
+        )
+        for i in range(N)
+    ]
+    given = {"options": {"unit": "deg/s"}, "file": "log.json"}
+    columns = {name: [row[name] for row in rows_of] for name in rows_of[0]}
+    for name, made in (
+        ("list", rows_of), ("wrapped", {"device": "a", "data": rows_of}), ("columns", columns),
+        ("twice wrapped", {"meta": {"n": 1}, "log": {"samples": rows_of}}),
+        ("columns within", {"id": 5, "imu": columns}),
+    ):  # fmt: skip
+        for indent in (None, 2):
+            text = json.dumps(made, indent=indent)
+            yield Kind(f"JSON document {name} {indent}", text, gyro, force, **given)
+    for unit, per in (("s", 1), ("ms", 10**3), ("us", 10**6), ("ns", 10**9)):
+        if unit == "s":
+            continue  # whole seconds
+        text = "".join(
+            f"{kind},host=a x={v[i][0]},y={v[i][1]},z={v[i][2]} {EPOCH * per + i * per / 100:.0f}\n"
+            for i in range(N)
+            for kind, v in (("gyro", gyro), ("accel", force))
+        )
+        options = {"options": {"unit": "deg/s"}, "file": "log.lp"}
+        yield Kind(f"InfluxDB in {unit}", text, gyro, force, **options)
+    echo = "".join(
+        f"header:\n  stamp:\n    sec: {1714560000 + i // 100}\n"
+        f"    nanosec: {i % 100 * 10_000_000}\nvector:\n"
+        + "".join(f"  {axis}: {v}\n" for axis, v in zip("xyz", gyro[i], strict=True))
+        + "---\n"
+        for i in range(N)
+    )
+    yield Kind("echo of a vector", echo, gyro, file="gyro.txt", options={"unit": "deg/s"})
+    head = "t_ms,gx_dps,gy_dps,gz_dps\n"
+    lines = rows(ms, gyro).splitlines()
+    ruled = [head.strip(), "-----+-----+-----+-----", *lines]
+    yield Kind("a rule below names", "\n".join(ruled) + "\n", gyro)
+    marked = ["| " + line.replace(",", " | ") + " |" for line in [head.strip(), *lines]]
+    marked.insert(1, "|---|:--|--:|---|")
+    yield Kind("a table of Markdown", "\n".join(marked) + "\n", gyro)
+    commented = "# t gx gy gz\n# ms deg/s deg/s deg/s\n" + rows(ms, gyro, sep=" ")
+    yield Kind("names and units in remarks", commented, gyro, file="log.txt")
+    yield Kind("minus of a typesetter", (head + "\n".join(lines) + "\n").replace("-", "−"), gyro)
+    for at in (20, 170):
+        holed = gyro.copy()
+        holed[at] = np.nan
+        for cut in (0, 6):
+            text = head + "\n".join(lines[:at]) + "\n" + lines[at][:cut] + "\0" * 512
+            text += lines[at][cut + 2 :] + "\n" + "\n".join(lines[at + 1 :]) + "\n"
+            yield Kind(
+                f"zeros in row {at} from {cut}", text, holed, refused=f"line {at + 2}",
+                remedy={"torn": "skip"}, said=(f"line {at + 2}",),
+            )  # fmt: skip
+    for first, second in ((gyro, force), (force, gyro)):
+        text = rows(ms, first, second)
+        yield Kind(
+            "six columns without names", text, gyro, force, said=("length of gravity",),
+            options={"unit": "deg/s"},
+        )  # fmt: skip
+    for n in (250, 300, 350):
+        rates, _ = truth(n, n)
+        for begin in (0.0, 0.005, 0.37):
+            seconds = (begin + np.arange(n) / 100 + 1e-9).astype(int)
+            text = "time,gx_dps,gy_dps,gz_dps\n"
+            text += rows([f"21:50:{second:02d}" for second in seconds], rates)
+            yield Kind(f"whole seconds, {n} from {begin}", text, rates, said=("whole seconds",))
+    seconds = (np.arange(150) / 100).astype(int).tolist()
+    rates, _ = truth(150, 150)
+    text = "time_s,gx_dps,gy_dps,gz_dps\n" + rows(seconds, rates)
+    yield Kind(
+        "no whole second inside", text, rates, refused="no whole second",
+        remedy={"rate": 100.0, "time": False},
+    )  # fmt: skip
+
+
+KINDS = {one.__name__: one for one in (consoles, documents, clocks, columns, torn, texts)}
 
 
 def kinds() -> list[Kind]:

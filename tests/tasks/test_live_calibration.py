@@ -81,3 +81,11 @@ def test_lines_that_it_cannot_correct_are_refused(session, head, message):
 )
 def test_a_comment_states_rate_and_unit(line, stated):
     assert stated_in_header(line) == stated
+
+
+def test_several_imus_in_a_header_are_refused_by_name():
+    head = ",".join(f"imu{k}_gyro_{a}_dps" for k in (1, 2) for a in "xyz")
+    with pytest.raises(ColumnError, match=r"2 IMUs: imu1, imu2; choose one, such as columns=imu1"):
+        LineStream(Settings(100.0)).take(head)
+    columns = tuple(f"imu2_gyro_{a}_dps" for a in "xyz")
+    assert LineStream(Settings(100.0, columns=columns)).take(head) == head

@@ -18,6 +18,9 @@ _WINDOW_S: Final = 0.25
 _MIN_WINDOWS: Final = 20
 _MAX_MEDIAN_M_S2: Final = 0.9 * _G_M_S2
 """Median force below which gravity may be absent. With it, even a body that spins shows 1 g."""
+_QUIET_WINDOW_S: Final = 0.1
+_QUIET_QUANTILE: Final = 0.05
+"""Part of the windows, those in which the gyro turns least."""
 _SMALL_QUANTILE: Final = 0.05
 """Part of the windows, those of the smallest mean force: motion to and fro passes through zero."""
 _MAX_SMALL_M_S2: Final = 0.25 * _G_M_S2
@@ -31,28 +34,50 @@ _MAX_REST_FORCE_M_S2: Final = 0.06 * _G_M_S2
 """Force of the largest tenth of a body that rests, without gravity."""
 
 
-def lacks_gravity(accel: Log) -> bool:
+def lacks_gravity(accel: Log, gyro: Log | None = None) -> bool:
     """Return True if an accelerometer's samples are without gravity.
 
     Evidence is the mean force in windows of 0.25 s. With gravity the smallest of these are near
     1 g, however the body moves; without, acceleration to and fro passes through zero. A sensor in
-    free fall looks the same.
+    free fall looks the same. Where most forces are large, as on a runner's foot, evidence is the
+    mean force in windows of 0.1 s in which the gyro turns least: there a foot stands.
 
     Parameters
     ----------
     accel : Log
         Of three axes. False for a unit that is not known, and for less than 5 s.
+    gyro : Log, optional
+        On the accelerometer's clock.
     """
     if accel.channels != 3 or accel.unit not in UNITS or UNITS[accel.unit].kind != "acceleration":
         return False
     force = convert(accel.data, accel.unit, "m/s^2")
     means = _window_means(force, max(int(_WINDOW_S * accel.rate), 2))
-    if len(means) < _MIN_WINDOWS or np.nanmedian(np.linalg.norm(force, axis=1)) > _MAX_MEDIAN_M_S2:
+    if len(means) < _MIN_WINDOWS:
         return False
+    if np.nanmedian(np.linalg.norm(force, axis=1)) > _MAX_MEDIAN_M_S2:
+        return gyro is not None and _lacks_gravity_at_rest(force, gyro)
     small, large = np.quantile(means, (_SMALL_QUANTILE, 0.9))
     return bool(
         small < _MAX_SMALL_M_S2 and (small < _MAX_RATIO * large or large < _MAX_REST_FORCE_M_S2)
     )
+
+
+def _lacks_gravity_at_rest(force: Floats, gyro: Log) -> bool:
+    """Return True if the mean force is small where the gyro turns least."""
+    if gyro.data.shape != force.shape:
+        return False
+    length = max(int(_QUIET_WINDOW_S * gyro.rate), 2)
+    count = len(force) // length
+    shape = (count, length, 3)
+    rates = np.linalg.norm(gyro.data[: count * length].reshape(shape), axis=2).max(axis=1)
+    forces = np.linalg.norm(force[: count * length].reshape(shape).mean(axis=1), axis=1)
+    known = np.isfinite(rates) & np.isfinite(forces)
+    if known.sum() < _MIN_WINDOWS:
+        return False
+    quiet = rates[known] <= np.quantile(rates[known], _QUIET_QUANTILE)
+    small = float(np.median(forces[known][quiet]))
+    return small < min(_MAX_SMALL_M_S2, _MAX_RATIO * float(np.nanmedian(forces)))
 
 
 def _window_means(force: Floats, length: int) -> Floats:
@@ -65,7 +90,7 @@ def _window_means(force: Floats, length: int) -> Floats:
 
 
 def restore_gravity(
-    recording: Recording, accel: str, needed: bool
+    recording: Recording, accel: str, needed: bool, gyro: str = "gyro"
 ) -> tuple[Recording, tuple[str, ...], tuple[str, ...]]:
     """Make the specific force whole where gravity is absent from it.
 
@@ -78,6 +103,8 @@ def restore_gravity(
         Name of the accelerometer.
     needed : bool
         Raise where gravity cannot be added; else an alarm says what is missing.
+    gyro : str
+        Name of the gyro of the same device.
 
     Returns
     -------
@@ -90,7 +117,7 @@ def restore_gravity(
         If gravity is absent, needed, and no column holds it.
     """
     log = recording.get(accel)
-    if log is None or not lacks_gravity(log):
+    if log is None or not lacks_gravity(log, recording.get(gyro)):
         return recording, (), ()
     gravity = recording.get("gravity")
     named = ", ".join(log.names)

@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Final, Literal, NamedTuple, TypeAlias
 
+import numpy as np
+
 from zerorate.checks.check import check
 from zerorate.checks.clipped import ClippedAxis, restore_recording
 from zerorate.checks.constant import describe_dead_axes, drop_absent_sensors, mask_frozen_field
@@ -224,7 +226,11 @@ def _report_dead_axes(recording: Recording, choices: Choices) -> Step:
 
 
 def _restore_gravity(recording: Recording, choices: Choices) -> Step:
-    return Step(*restore_gravity(recording, choices.accel_name(recording), choices.gravity))
+    return Step(
+        *restore_gravity(
+            recording, choices.accel_name(recording), choices.gravity, gyro=choices.gyro
+        )
+    )
 
 
 def _apply_correction(recording: Recording, choices: Choices) -> Step:
@@ -244,8 +250,13 @@ def check_axes(
     recording: Recording, gyro: str, accel: str | None = None, *, scale: bool = True
 ) -> Checks:
     """Return the result of `zerorate.check`: units and axes, by motion."""
-    # Rates that are clipped fit other axes better than their own.
-    whole, _ = restore_recording(recording, gyro=gyro, certain=False)
+    # Rates that are clipped, and what replaces them, fit other axes better than their own.
+    whole, sides = restore_recording(recording, gyro=gyro, certain=False)
+    if sides:
+        rates = recording[gyro]
+        changed = (whole[gyro].data != rates.data).any(axis=1)
+        known = rates.with_data(np.where(changed[:, np.newaxis], np.nan, rates.data))
+        whole = replace(recording, logs={**recording, gyro: known})
     return check(whole, gyro=gyro, accel=accel, scale=scale)
 
 
@@ -353,7 +364,8 @@ PREPARATIONS: Final = (
     ),
     Preparation(
         GRAVITY,
-        "the mean force of windows of 0.25 s: the smallest twentieth, against the largest tenth",
+        "the mean force of windows of 0.25 s: the smallest twentieth, against the largest tenth; "
+        "of violent motion, that of windows of 0.1 s where the gyro turns least",
         "below 0.25 g and a quarter of the largest tenth: with gravity 0.35 on a runner's foot",
         "gravity columns are added, if there are any; else tasks that need gravity refuse",
         "columns",

@@ -52,8 +52,9 @@ def run(arguments: Sequence[str]) -> int:
     """
     from zerorate.cli.app import invoke
     from zerorate.tasks.interrupts import TerminationHandler
+    from zerorate.views import collect_figure_faults
 
-    with TerminationHandler() as ending:
+    with TerminationHandler() as ending, collect_figure_faults() as faults:
         try:
             code = invoke(list(arguments) or ["--help"])
             _flush()
@@ -67,7 +68,9 @@ def run(arguments: Sequence[str]) -> int:
             ):
                 return _interrupted(ending.number)
             return _exit_code(error)
-        return code
+        for fault in faults:
+            notify(str(fault))
+        return code or (1 if faults else 0)
 
 
 def _exit_code(error: BaseException) -> int:

@@ -32,5 +32,4 @@ def formats(
         print(format_formats(list_formats(), fixes, PACKETS.values()))
         return
     with use_argument_names(_OPTIONS), faults():
-        result = explain(log)
-    print(format_explanation(result))
+        print(format_explanation(explain(log)))

@@ -86,7 +86,7 @@ def _number(text: str) -> float:
 
 
 def _parse_file(flag: str, text: str) -> Path:
-    if not Path(text).is_file():
+    if not Path(text).exists():
         raise UsageFault(f"{flag} names {text}, which does not exist")
     return Path(text)
 

@@ -27,6 +27,7 @@ from zerorate.tasks.saving import (
     files_of,
 )
 from zerorate.tasks.source import sensor_ending, unique_stems
+from zerorate.views import FigureError, is_undrawn, report_figure_faults
 
 T = TypeVar("T")
 
@@ -180,9 +181,14 @@ def places_of_logs(
 
 def draw_overlay(results: Any, paths: Sequence[Path], force: bool) -> None:  # noqa: ANN401
     """Draw the results of several logs over each other."""
-    with atomic_paths(paths, force) as temporary:
-        for path in temporary:
-            figure_writer(results.plot)(path)
+    for path in paths:
+        try:
+            with atomic_paths([path], force) as (temporary,):
+                figure_writer(results.plot)(temporary)
+        except (ImportError, OSError):
+            raise
+        except Exception as error:  # whatever it lacks, the data are there
+            report_figure_faults([FigureError(path, error)])
 
 
 def print_result(result: Any, paths: Sequence[Path], further: str = "") -> None:  # noqa: ANN401
@@ -198,7 +204,8 @@ def print_written(paths: Sequence[Path]) -> None:
     """Print the files that were written, after an empty line."""
     print()
     for path in paths:
-        print(f"wrote {path}")
+        if not is_undrawn(path):
+            print(f"wrote {path}")
 
 
 def _has_terminal() -> bool:
@@ -215,7 +222,7 @@ def progress_bar() -> Iterator[Progress]:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    columns = (TextColumn("{task.description:10}"), BarColumn(), TimeElapsedColumn())
+    columns = (TextColumn("{task.description:10}", markup=False), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("reading", total=1.0)
         yield lambda step, fraction: bar.update(task, description=step, completed=fraction)
@@ -238,7 +245,7 @@ def counting_bar(things: str) -> Iterator[Callable[[int, int], None]]:
 
     columns = (
         MofNCompleteColumn(),
-        TextColumn(things),
+        TextColumn(things, markup=False),
         BarColumn(),
         TextColumn("{task.fields[rate]}"),
         TimeRemainingColumn(),

@@ -9,7 +9,7 @@ import warnings
 from contextlib import suppress
 from typing import Final, TextIO
 
-from zerorate.texts import make_printable
+from zerorate.texts import escape_line, make_printable
 
 BROKEN_PIPE: Final = 128 + 13
 """Exit code of a program that SIGPIPE ended, as a shell shows it."""
@@ -80,7 +80,8 @@ def notify(sentence: str) -> None:
     # Where there is no stderr, print would take stdout instead.
     if sys.stderr is not None:
         with suppress(OSError, ValueError):
-            print(f"zerorate: {' '.join(sentence.split())}", file=sys.stderr, flush=True)
+            line = escape_line(" ".join(sentence.split()))
+            print(f"zerorate: {line}", file=sys.stderr, flush=True)
 
 
 def keep_freed() -> None:

@@ -1,20 +1,28 @@
 """Sources of the samples of ``zerorate stream``: stdin, a file, datagrams, a live device."""
 
 import os
+import socket
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO, Final, TextIO
 
-from zerorate.cli.errors import DataFault, UsageFault, as_usage, of_a_file, sentence
+from zerorate.cli.errors import DataFault, UsageFault, of_a_file, sentence
 from zerorate.cli.parameters import option
 from zerorate.cli.process import notify
 from zerorate.io.packets import PACKETS, PacketProtocol
 from zerorate.tasks.interrupts import Interrupts
-from zerorate.tasks.live.serving import Line, bind_loopback, datagrams, lines_of, packets_of
-from zerorate.tasks.live.sources import SOURCES, AddressError, live_source
+from zerorate.tasks.live.listeners import Access, parse_host_port
+from zerorate.tasks.live.serving import Line, datagrams, lines_of, packets_of
+from zerorate.tasks.live.sources import (
+    SOURCES,
+    AddressError,
+    Ending,
+    bound_socket,
+    live_source,
+)
 
 _HEAD_BYTES: Final = 4096
 """Bytes of a first line that may state rate and unit."""
@@ -39,6 +47,13 @@ class Origin:
         metavar="FORM",
     )
 
+    allow: str | None = option(
+        None,
+        "Others that may send to an address of this machine: addresses, networks, or any, with "
+        "commas between. A name is one under which pushes may call this machine.",
+        metavar="ADDRESS",
+    )
+
     def packets(self) -> PacketProtocol | None:
         """Return the protocol of the packets, None for lines."""
         if self.form is None:
@@ -53,8 +68,20 @@ class Origin:
         """Raise a usage fault for two sources, or for options that a form already states."""
         if sum(one is not None for one in (source, self.udp, self.address)) > 1:
             raise UsageFault("give one of a source, --from and --udp")
+        if self.allow is not None and not self._listens:
+            raise UsageFault("--allow is for --udp, --from udp: and --from http:")
         if self.form is not None and fields is not None:
             raise UsageFault("--fields has no effect with --form, which says what a packet holds")
+
+    @property
+    def _listens(self) -> bool:
+        return self.udp is not None or (self.address or "").startswith(("udp:", "http:"))
+
+    def _access(self) -> Access:
+        try:
+            return Access.of(self.allow)
+        except ValueError as error:
+            raise UsageFault(f"--allow: {error}") from None
 
     def numbers(self) -> dict[str, Any]:
         """Return the sequence number that packets have, as arguments of the settings."""
@@ -87,11 +114,9 @@ class Origin:
         """Yield the lines or packets of the source; `hidden` prints no answers."""
         form = self.packets()
         if self.udp is not None:
-            with as_usage():
-                port = bind_loopback(self.udp)
-            with port:
+            with self._port(self.udp) as port:
                 notify("listening on {}:{}".format(*port.getsockname()[:2]))
-                yield datagrams(port, interrupts)
+                yield datagrams(port, interrupts, self._access())
             return
         with self._bytes(source, form, interrupts) as file, _answers(hidden) as answers:
             if form is None:
@@ -99,20 +124,40 @@ class Origin:
             else:
                 yield packets_of(file, form, answers, interrupts)
 
+    def _port(self, address: str) -> socket.socket:
+        try:
+            return bound_socket(*parse_host_port(address), self._access())
+        except AddressError as error:
+            raise UsageFault(f"--udp {error}") from None
+        except ValueError:
+            example = "127.0.0.1:5005"
+            raise UsageFault(f"--udp takes HOST:PORT such as {example}, got '{address}'") from None
+        except OSError as error:
+            raise UsageFault(f"--udp cannot use {address}: {error.strerror or error}") from None
+
     @contextmanager
     def _bytes(
         self, source: Path | None, form: PacketProtocol | None, interrupts: Interrupts
     ) -> Iterator[BinaryIO]:
         if self.address is not None:
+            ending = Ending()
             try:
-                with live_source(self.address, form) as file:
-                    yield file
+                with ExitStack() as opened:
+                    source_ = live_source(self.address, form, self._access(), ending)
+                    # A server that does not answer is waited for.
+                    yield interrupts.wait(lambda: opened.enter_context(source_))
             except AddressError as error:
                 raise UsageFault(f"--from {error}") from None
             except ImportError as error:
                 raise UsageFault(sentence(error)) from None
             except OSError as error:
                 raise DataFault(f"{self.address} cannot be read: {error}") from None
+            finally:
+                *lost, last = ["", *ending.sentences()]
+                for text in filter(None, [*lost, "" if ending.torn else last]):
+                    notify(f"{self.address}: {text}")
+            if ending.torn:
+                raise DataFault(f"{self.address}: {last}")
         elif source is not None:
             # To open a FIFO is to wait for its writer.
             with interrupts.wait(lambda: _opened(source)) as file:

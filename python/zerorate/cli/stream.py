@@ -22,6 +22,7 @@ from zerorate.faults import render_text, use_argument_names
 from zerorate.geometry.frames import Frame
 from zerorate.options import FILTER_OPTIONS
 from zerorate.record import LogError, check_writable
+from zerorate.record.regular import read_regular
 from zerorate.tasks.corrections import calibration_of
 from zerorate.tasks.interrupts import Interrupts, SignalInterrupt
 from zerorate.tasks.live import (
@@ -319,7 +320,7 @@ def _read(
     path: Path, settings: Settings | AttitudeSettings | None = None, fields: int | None = None
 ) -> LineStream | None:
     try:
-        return LineStream.from_bytes(path.read_bytes(), settings, fields)
+        return LineStream.from_bytes(read_regular(path), settings, fields)
     except FileNotFoundError:
         return None
     except OSError as error:

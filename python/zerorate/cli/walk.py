@@ -52,6 +52,9 @@ def walk(
         bool,
         Option("Smooth: use later samples too (forward-backward).", panel=_PANEL),
     ] = False,
+    assume_foot: Annotated[
+        bool, Option("Navigate even if the motion is not that of a foot.", panel=_PANEL)
+    ] = False,
     start: _Start,
     calibration: CalibrationOption = None,
     clipped: ClippedOption = "auto",
@@ -71,7 +74,7 @@ def walk(
     check_outputs(outputs.paths, written.force, log, calibration)
     written.preload("foot_figure")
     task = partial(
-        find_track, log, smooth=smooth, calibration=calibration, clipped=clipped, fix=fix,
-        **vars(start), **constants, **reading.arguments,
+        find_track, log, smooth=smooth, assume_foot=assume_foot, calibration=calibration,
+        clipped=clipped, fix=fix, **vars(start), **constants, **reading.arguments,
     )  # fmt: skip
     print_result(*run_and_save(task, outputs, 0.8))

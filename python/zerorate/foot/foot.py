@@ -10,9 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import NavigationRecord, foot_track
-from zerorate.checks.clipped import ClippedAxis, clipped_axes
+from zerorate.checks.clipped import ClippedAxis, clipped_axes, restore_clipped
 from zerorate.faults import ArgumentError
+from zerorate.foot.lead import FRD_TO_FLU, HALF_TURN_ABOUT_X, Lead
+from zerorate.foot.lifts import Ride, describe_rides, find_rides, ride_variance
 from zerorate.foot.strides import Strides, measure_strides
+from zerorate.foot.swings import Swings
+from zerorate.foot.verdict import describe_doubts, refuse_other_bodies
 from zerorate.geometry.earth import offset_position
 from zerorate.geometry.rotations import product
 from zerorate.navigation.track import SmoothableTrack, Steps, interpolate_steps, smooth_steps
@@ -22,13 +26,6 @@ from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 
-_FRD_TO_FLU: Final = np.array([1.0, -1.0, -1.0])
-"""From ahead, right, down to ahead, left, up."""
-_HALF_TURN_ABOUT_X: Final = np.array([0.0, 1.0, 0.0, 0.0])
-_MIN_SWING_RATE_RAD_S: Final = math.radians(100.0)
-"""A foot turns faster than that between its stances, rad/s."""
-_MIN_SWING_S: Final = 0.5
-"""Seconds off stances from which on a recording is not one of rest."""
 _MAX_RATE_DIFFERENCE: Final = 0.01
 
 
@@ -119,6 +116,10 @@ class FootTrack(SmoothableTrack, Result):
         The speed bound, m/s, whose minima are the stances.
     rejection_count : int
         Number of nodes of stances that the filter rejected.
+    swings : Swings
+        From stance to stance, with the tests that a foot's swings pass.
+    rides : tuple of Ride
+        Rides in a lift: the track does not contain their height, its standard deviation does.
     smoothed : bool
         True if each sample was smoothed with the whole recording.
     source : str
@@ -152,12 +153,21 @@ class FootTrack(SmoothableTrack, Result):
     clipped: tuple[ClippedAxis, ...]
     bound: Floats
     rejection_count: int = 0
+    swings: Swings = field(default_factory=lambda: Swings.from_rows(np.empty((0, 10))))
+    rides: tuple[Ride, ...] = ()
     smoothed: bool = False
     source: str = "the recording"
     notes: tuple[str, ...] = ()
     alarms: tuple[str, ...] = ()
     origin: Origin | None = None
     _steps: NavigationRecord | Steps | None = field(default=None, compare=False)
+    _lead: Lead | None = field(default=None, compare=False)
+    _more_variance: Floats | None = field(default=None, compare=False)
+
+    @property
+    def foot_share(self) -> float:
+        """Share of the swinging time that passes for a foot's, 0 to 1; NaN without swings."""
+        return self.swings.share
 
     @property
     def distance(self) -> float:
@@ -193,9 +203,19 @@ class FootTrack(SmoothableTrack, Result):
         """
         steps = smooth_steps(self._steps, self.smoothed)
         error, sigma = interpolate_steps(self.time, steps)
-        error[:, :9] *= np.tile(_FRD_TO_FLU, 3)
-        position = self.position - error[:, :3]
-        return replace(self, position=position, **self._apply_errors(error, sigma))
+        error[:, :9] *= np.tile(FRD_TO_FLU, 3)
+        if self._more_variance is not None:
+            sigma = _add_variance(sigma, self._more_variance)
+        parts = {"position": self.position - error[:, :3], **self._apply_errors(error, sigma)}
+        if self._lead is not None:
+            begin = self._lead.begin
+            biases = np.array([parts["gyro_bias"][begin], parts["accel_bias"][begin]])
+            track = parts["position"], parts["velocity"], parts["quaternion"]
+            moved = self._lead.replace_in(self.time, track, biases)
+            parts["position"], parts["velocity"], parts["quaternion"] = moved
+            added = self._lead.variance(self.time, parts["position"], sigma[begin])
+            parts["sigma"] = _add_variance(parts["sigma"], added)
+        return replace(self, **parts)
 
     def georeference(
         self, latitude: float, longitude: float, *, heading: float = 0.0, height: float = 0.0
@@ -258,7 +278,11 @@ class FootNavigation:
     speed, without a threshold tuned to a sensor or a gait, and the noise of the zero velocity
     follows from the same bound. Rates that the gyro clipped at its range are restored first; its
     bias is learned where the foot rests for half a second, never from zero velocities. It processes
-    a whole recording; `FootFilter` is the live form.
+    a whole recording; `FootFilter` is the live form. Without a rest at the start it
+    begins in the first deep stance, and integrates the samples before it backwards.
+
+    Motion that is not a foot's is refused: a wrist, a hand, a pocket, a vehicle. A foot rotates
+    fast in its swings, stands between them, and stands with the same tilt each time.
 
     Parameters
     ----------
@@ -269,6 +293,8 @@ class FootNavigation:
         another, as on a stair. It flattens ramps of less than 0.1 m a stride.
     restore : bool, default True
         Restore rates that the gyro clipped.
+    assume_foot : bool, default False
+        Navigate even if the motion is not that of a foot.
 
     Raises
     ------
@@ -292,7 +318,7 @@ class FootNavigation:
     (True, 20)
     """
 
-    __slots__ = ("_floor", "_rate", "_restore")
+    __slots__ = ("_assume_foot", "_floor", "_rate", "_restore")
 
     def __init__(
         self,
@@ -300,6 +326,7 @@ class FootNavigation:
         *,
         floor: Literal["level"] | None = None,
         restore: bool = True,
+        assume_foot: bool = False,
     ) -> None:
         """Check and keep the parameters."""
         if rate is not None and not (math.isfinite(rate) and rate > 0.0):
@@ -307,10 +334,14 @@ class FootNavigation:
         if floor not in (None, "level"):
             raise ArgumentError("floor", f"must be None or 'level', got {floor!r}")
         self._rate, self._floor, self._restore = rate, floor, bool(restore)
+        self._assume_foot = bool(assume_foot)
 
     def __repr__(self) -> str:
         """Return the parameters."""
-        return f"FootNavigation({self._rate!r}, floor={self._floor!r}, restore={self._restore!r})"
+        return (
+            f"FootNavigation({self._rate!r}, floor={self._floor!r}, restore={self._restore!r}, "
+            f"assume_foot={self._assume_foot!r})"
+        )
 
     def process(self, imu: Recording, *, keep: Literal["all", "track"] = "all") -> FootTrack:
         """Return the track of a recording with a gyro and an accelerometer.
@@ -332,8 +363,8 @@ class FootNavigation:
         LogError
             If gyro or accelerometer are missing, or not of three axes.
         ValueError
-            If the recording is under a second, below 48 Hz or of another rate; or if between its
-            stances it never turns by 100 deg/s: that is no foot.
+            If the recording is under a second, below 48 Hz or of another rate; or if its motion is
+            not that of a foot.
         """
         if keep not in ("all", "track"):
             raise ArgumentError("keep", f"must be 'all' or 'track', got {keep!r}")
@@ -344,32 +375,53 @@ class FootNavigation:
         time = samples.time
         self._check_rate(time)
         outputs, steps = self._run_filter(samples, keep == "all")
-        swing_notes = _check_foot(time, samples.gyro, outputs)
+        swings = Swings.from_rows(outputs["swings"])
+        if not (self._assume_foot or self._leaves_clipped(samples)):
+            refuse_other_bodies(time, samples.gyro, outputs["stances"], swings)
         clipped = clipped_axes(outputs["clipped"], samples.gyro)
+        rides = () if self._floor else find_rides(time, samples.gyro, samples.accel)
+        begin, first = outputs["begin"]
+        lead = Lead(first, begin, outputs["lead_gyro"], outputs["lead_accel"]) if begin else None
+        more = np.zeros((len(time), 3))
+        more += swings.stray_variance(time)[:, np.newaxis]
+        more[:, 2] += swings.climb_variance(
+            outputs["position"][:, 2], clipped=bool(clipped), level=self._floor is not None
+        )
+        more[:, 2] += ride_variance(rides, len(time))
+        position = outputs["position"] * FRD_TO_FLU
+        sigma = _add_variance(outputs["sigma"], more)
+        if lead is not None:
+            added = lead.variance(time, position, outputs["sigma"][begin])
+            sigma = _add_variance(sigma, added)
         return FootTrack(
             time=time,
-            position=outputs["position"] * _FRD_TO_FLU,
-            velocity=outputs["velocity"] * _FRD_TO_FLU,
+            position=position - position[first],
+            velocity=outputs["velocity"] * FRD_TO_FLU,
             quaternion=product(
-                np.broadcast_to(_HALF_TURN_ABOUT_X, (len(time), 4)), outputs["quaternion"]
+                np.broadcast_to(HALF_TURN_ABOUT_X, (len(time), 4)), outputs["quaternion"]
             ),
             gyro_bias=outputs["gyro_bias"],
             accel_bias=outputs["accel_bias"],
-            sigma=outputs["sigma"],
+            sigma=sigma,
             stances=outputs["stances"][:, :2],
             lowest=outputs["stances"][:, 2],
             rests=outputs["rests"],
             clipped=clipped,
             bound=outputs["bound"],
             rejection_count=outputs["rejections"],
+            swings=swings,
+            rides=rides,
             source=imu.source,
             notes=(
-                *swing_notes,
+                *describe_doubts(time, outputs, swings),
+                *describe_rides(rides, time),
                 *map(str, clipped),
                 *_rest_notes(outputs["rests"]),
                 *samples.notes,
             ),
             _steps=steps,
+            _lead=lead,
+            _more_variance=more if more.any() else None,
         )
 
     def _run_filter(self, samples: Samples, keep: bool) -> Any:  # noqa: ANN401
@@ -381,6 +433,13 @@ class FootNavigation:
                 raise
             # Nobody has given the times: they are the recording's.
             raise LogError(f"{', '.join(samples.log.names)}: {error}") from None
+
+    def _leaves_clipped(self, samples: Samples) -> bool:
+        """Return True if clipped rates are left, of which a foot's swings look like no foot's."""
+        if self._restore:
+            return False
+        rate = (len(samples.time) - 1) / float(samples.time[-1] - samples.time[0])
+        return bool(restore_clipped(samples.gyro, rate).clipped)
 
     def _check_rate(self, time: Floats) -> None:
         if self._rate is None or len(time) < 2:
@@ -401,23 +460,8 @@ def _rest_notes(rests: npt.NDArray[np.int64]) -> tuple[str, ...]:
     )
 
 
-def _check_foot(time: Floats, gyro: Floats, outputs: dict[str, Any]) -> tuple[str, ...]:
-    """Refuse a motion that is no foot's; note an undecided one."""
-    moving = np.ones(len(time), bool)
-    for first, end, _ in outputs["stances"]:
-        moving[first:end] = False
-    seconds = float(moving.mean() * (time[-1] - time[0]))
-    if seconds < _MIN_SWING_S:
-        return (
-            "it never swings, and counts as standing all the time: a machine that drives smoothly "
-            "looks the same, and its way is not found",
-        )
-    with np.errstate(invalid="ignore"):
-        fastest = float(np.nanmax(np.abs(gyro[moving]), initial=0.0))
-    if fastest < _MIN_SWING_RATE_RAD_S:
-        raise LogError(
-            f"between its stances this sensor turns by {math.degrees(fastest):.0f} deg/s at most, "
-            "and a foot by more than 100: what stops without swinging, as a cart does, cannot be "
-            "navigated by its rests alone; with wheels or a receiver zr.NavigationFilter does it"
-        )
-    return ()
+def _add_variance(sigma: Floats, variance: Floats) -> Floats:
+    """Return standard deviations with a variance that is added to those of position."""
+    wider = sigma.copy()
+    wider[:, :3] = np.sqrt(sigma[:, :3] ** 2 + variance)
+    return wider

@@ -12,7 +12,7 @@ import numpy as np
 from zerorate.faults import keyword_argument, make_sentence
 from zerorate.io.clocks.names import looks_like_time
 from zerorate.io.clocks.units import check_time_unit
-from zerorate.io.evidence import named_time, not_of_gyro, unnamed_time
+from zerorate.io.evidence import gyro_of_many, named_time, not_of_gyro, unnamed_time
 from zerorate.io.table import Table
 from zerorate.io.triads import (
     Triad,
@@ -164,7 +164,8 @@ def _choose_unnamed(
     if not data_columns:
         raise _make_not_found_error("a gyro", table)
     if len(data_columns) > _AXES:
-        last = ",".join(map(str, data_columns[-_AXES:]))
+        likely = gyro_of_many(table, data_columns)[0] or data_columns[-_AXES:]
+        last = ",".join(map(str, likely))
         raise LogError(
             make_sentence(
                 f"the table has no names, and {len(data_columns)} columns apart from the time "

@@ -252,6 +252,7 @@ def guess_kind(names: Sequence[str]) -> str:
 
 _MAX_PLAUSIBLE: Final = {"deg/s": 100.0, "rad/s": 10.0, "g": 16.0, "m/s^2": 160.0}
 """Whole numbers up to this may be what a sensor of that unit rounds to."""
+_HALF_OF_16_BITS: Final = 1 << 15
 _MIN_SAMPLES: Final = 16
 """Samples of which chance hardly makes whole numbers."""
 
@@ -278,6 +279,14 @@ def describe_counts(names: Sequence[str], kind: str, unit: str, head: Floats) ->
         return None
     if not np.array_equal(finite_values, np.rint(finite_values)):
         return None
+    with np.errstate(invalid="ignore"):
+        jump = np.nanmax(np.abs(np.diff(head, axis=0)), initial=0.0)
+    if finite_values.min() >= 0.0 and jump > _HALF_OF_16_BITS and largest < 2 * _HALF_OF_16_BITS:
+        return (
+            f"{', '.join(names)} jump by more than {_HALF_OF_16_BITS}: counts of 16 bits that were "
+            f"written without their sign; subtract {2 * _HALF_OF_16_BITS} from values above "
+            f"{_HALF_OF_16_BITS - 1}"
+        )
     unit_text = "without a unit" if unit == UNKNOWN_UNIT else f"up to {largest:g} {unit}"
     ranges = "250, 2" if kind == "accel" else "250"
     python = f'scale=zr.raw_counts("MPU-6050", {ranges})'

@@ -45,6 +45,7 @@ _GRAVITY: Final = (1.0, 9.80665)
 _OF_GRAVITY: Final = 0.03
 """Part by which an accelerometer at rest may differ from gravity."""
 _AXES: Final = "xyz"
+_AXES_COUNT: Final = 3
 
 
 class Clue(NamedTuple):
@@ -359,10 +360,62 @@ def not_of_gyro(table: Table, places: Sequence[int]) -> tuple[str, Sequence[int]
         if level > _GYRO_END and not all(whole):
             left = [i for i in places if i != index]
             return f"column {index} holds values about {level:.6g}, which no gyro measures", left
-    if len(values) == len(_AXES) and len(values[0]):
-        size = np.sqrt(np.sum(np.square(np.stack(values).astype(np.float64)), axis=0))
-        known = size[np.isfinite(size)]
-        for g in _GRAVITY if known.size else ():
-            if np.percentile(np.abs(known / g - 1), 90) < _OF_GRAVITY:
+    if len(values) == len(_AXES) and (size := _length(values)) is not None:
+        for g in _GRAVITY:
+            if abs(size / g - 1) < _OF_GRAVITY:
                 return f"its columns keep the length {g:g}, as gravity does and no gyro", places
     return None
+
+
+def _length(values: Sequence[Floats]) -> float | None:
+    """Return the length that vectors keep, as gravity and fields do; None if it changes."""
+    size = np.sqrt(np.sum(np.square(np.stack(values).astype(np.float64)), axis=0))
+    known = size[np.isfinite(size)]
+    length = float(np.median(known)) if known.size else 0.0
+    if length == 0.0 or np.percentile(np.abs(known / length - 1), 90) >= _OF_GRAVITY:
+        return None
+    return length
+
+
+def gyro_of_many(table: Table, places: Sequence[int]) -> tuple[Sequence[int], Sequence[int]]:
+    """Return which columns of a table without names are a gyro's, and which an accelerometer's.
+
+    Three columns that keep the length of gravity are an accelerometer. Of six the others are the
+    gyro, if they keep none. Either is empty where the values do not tell.
+    """
+    threes = [places[i : i + _AXES_COUNT] for i in range(0, len(places), _AXES_COUNT)]
+    if len(places) % _AXES_COUNT:
+        return (), ()
+    kept = [_length([to_numbers(c, "") for c in table.load(three)]) for three in threes]
+    free = [three for three, length in zip(threes, kept, strict=True) if length is None]
+    accel = [
+        three
+        for three, length in zip(threes, kept, strict=True)
+        if length is not None and any(abs(length / g - 1) < _OF_GRAVITY for g in _GRAVITY)
+    ]
+    gyro = free[0] if len(free) == 1 else ()
+    return gyro, accel[0] if len(accel) == 1 else ()
+
+
+def named_by_values(table: Table) -> Table:
+    """Return a table without names with those of the gyro and the accelerometer in six columns."""
+    if table.names is not None or table.width < 2 * _AXES_COUNT:
+        return table
+    try:
+        time, counters = unnamed_time(table, ())
+        places = [i for i in range(table.width) if i not in {time, *counters}]
+        gyro, accel = gyro_of_many(table, places) if len(places) == 2 * _AXES_COUNT else ((), ())
+        known = gyro and accel and not_of_gyro(table, gyro) is None
+    except LogError:
+        return table
+    if not known:
+        return table
+    names = {i: f"{kind}_{axis}" for kind, own in (("gyro", gyro), ("accel", accel))
+             for i, axis in zip(own, _AXES, strict=True)}  # fmt: skip
+    note = (
+        f"the table has no names: columns {', '.join(map(str, accel))} keep the length of gravity "
+        f"and are taken for the accelerometer, {', '.join(map(str, gyro))} for the gyro"
+    )
+    meta = replace(table.meta, notes=(*table.meta.notes, note))
+    listed = tuple(names.get(i, f"column_{i}") for i in range(table.width))
+    return replace(table, names=listed, time=time, timeless=time is None, meta=meta)

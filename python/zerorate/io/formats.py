@@ -20,6 +20,7 @@ from zerorate.io.remote import Spooled, is_address, spooled
 from zerorate.io.signatures import is_camera_file, is_dataflash_text, is_telemetry, is_text
 from zerorate.io.table import Column, Content, Format, Needs, Reader, Table
 from zerorate.record.log import LogError
+from zerorate.record.regular import check_regular
 from zerorate.texts import make_printable
 
 LogSource = (
@@ -197,10 +198,8 @@ def check_readable(file: Path) -> None:
     inside = file.iterdir() if file.is_dir() else ()
     for path in (file, *inside):
         # Whoever reads a pipe may wait for ever, and nobody reads it twice.
-        if path.exists() and not path.is_file() and not path.is_dir():
-            raise OSError(
-                f"{path} is a pipe, a socket or a device, expected a file; copy it to one"
-            )
+        if path.exists() and not path.is_dir():
+            check_regular(path, path.stat().st_mode)
     if not os.access(file, os.R_OK):
         raise PermissionError(f"{file} cannot be read: permission denied")
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from zerorate.record.log import LogError
 from zerorate.record.poses import Poses
+from zerorate.record.regular import read_regular_text
 
 _COLUMN_COUNT: Final = 8
 _MAX_SECONDS: Final = 1e14
@@ -46,7 +47,7 @@ def read_poses(path: str | os.PathLike[str]) -> Poses:
     """
     name = Path(path).name
     try:
-        text = Path(path).read_text(encoding="utf-8-sig")
+        text = read_regular_text(path)
     except UnicodeDecodeError:
         raise LogError(f"{name}: it is no text; {_EXPECTED}") from None
     lines = [line.strip() for line in text.splitlines()]

@@ -15,7 +15,7 @@ from zerorate.io.clocks.sensor_clock import Clock, make_clock
 from zerorate.io.clocks.stamps import Stamps, convert_texts, to_seconds
 from zerorate.io.columns import Columns, TimeColumn, Timing, check_samples, choose_columns
 from zerorate.io.counts import Scale, Scaling, describe_counts, guess_kind
-from zerorate.io.evidence import NOT_TIME, candidates, clock_beside, with_time
+from zerorate.io.evidence import NOT_TIME, candidates, clock_beside, named_time, with_time
 from zerorate.io.formats import LogSource, label_of, open_source
 from zerorate.io.parts import suggest_grouping
 from zerorate.io.table import Column, Table, to_numbers
@@ -317,22 +317,30 @@ def select_columns(
     """Select the columns to read; data are loaded only if the table has no column names."""
     table = table.load_all() if table.names is None else with_time(table)
     check_samples(table, columns)
-    choice = choose_columns(table, columns, kinds, sensor, is_sole)
+    stated_rate = _find_rate(rate, table)
+    try:
+        choice = choose_columns(table, columns, kinds, sensor, is_sole)
+    except LogError as error:
+        timed = table.names is None or named_time(table, table.names, None, kinds) is not None
+        if timed or stated_rate is not None:
+            raise
+        raise error.with_context("", make_sentence("; ", _lacking_rate(table))) from None
     if choice.notes:
         meta = replace(table.meta, notes=(*table.meta.notes, *choice.notes))
         table = replace(table, meta=meta)
     names = [table.label(i) for i in choice.data]
     groups = grouping(names, table.meta.unit)
-    stated_rate = _find_rate(rate, table)
     if choice.time is None and stated_rate is None:
-        hint_text = "".join(f"; {note}" for note in table.meta.notes if NOT_TIME in note)
-        lacking = "there are no timestamps for the sampling rate; give "
-        raise LogError(
-            make_sentence(
-                lacking, keyword_argument("rate"), f" in Hz{hint_text}", *candidates(table)
-            )
-        )
+        raise LogError(_lacking_rate(table))
     return Selection(table, choice.data, choice.time, names, groups, stated_rate)
+
+
+def _lacking_rate(table: Table) -> str:
+    """Return the refusal of a table without timestamps and without a rate."""
+    hint_text = "".join(f"; {note}" for note in table.meta.notes if NOT_TIME in note)
+    lacking = "there are no timestamps to tell the sampling rate; give "
+    rate = keyword_argument("rate")
+    return make_sentence(lacking, rate, f" in Hz{hint_text}", *candidates(table))
 
 
 def make_row_clock(selection: Selection, column: Column | None, rows: int) -> Clock:

@@ -8,23 +8,32 @@ import shutil
 import tempfile
 import weakref
 from pathlib import Path, PurePosixPath
-from typing import Final, TypeGuard
-from urllib.error import URLError
+from typing import BinaryIO, Final, TypeGuard, cast
 
 from zerorate.texts import describe_missing_extra
 
 _ADDRESS: Final = re.compile(r"(s3|gs|gcs|abfss?|hdfs|file|https?):/{1,3}(?=[^/])")
 _SECONDS: Final = 30.0
+_MAX_BYTES: Final = 1 << 34
+"""Bytes that are copied at most: an address may never end."""
+_PIECE_BYTES: Final = 1 << 20
 
 
 class Spooled:
     """A copy of bytes in a file of its own, which goes when nobody refers to it any more."""
 
-    def __init__(self, content: bytes, name: str) -> None:
+    def __init__(self, content: bytes | BinaryIO, name: str) -> None:
         folder = tempfile.mkdtemp(prefix="zerorate-")
-        self.path = Path(folder) / name
-        self.path.write_bytes(content)
         weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+        self.path = Path(folder) / (name or "log")
+        stream = io.BytesIO(content) if isinstance(content, bytes) else content
+        left = _MAX_BYTES
+        with self.path.open("wb") as file:
+            while piece := stream.read(min(_PIECE_BYTES, left)):
+                file.write(piece)
+                left -= len(piece)
+        if left == 0:
+            raise OSError(f"it has more than {_MAX_BYTES >> 30} GB; copy a part of it to a file")
 
 
 def is_address(source: object) -> TypeGuard[str]:
@@ -46,7 +55,7 @@ def spooled(source: str | io.BytesIO, suffix: str = ".csv") -> Spooled:
         return Spooled(source.getvalue(), f"bytes{suffix}")
     name = PurePosixPath(re.split(r"[?#]", source)[0]).name
     if source.startswith("http"):
-        return Spooled(_fetched(source), name)
+        return _fetched(source, name)
     try:
         from pyarrow import ArrowException
         from pyarrow.fs import FileSystem
@@ -55,17 +64,23 @@ def spooled(source: str | io.BytesIO, suffix: str = ".csv") -> Spooled:
     try:
         system, path = FileSystem.from_uri(source)
         with system.open_input_stream(path) as stream:
-            return Spooled(stream.read(), name)
-    except (ArrowException, NotImplementedError) as error:
+            return Spooled(cast("BinaryIO", stream), name)
+    except (ArrowException, NotImplementedError, OSError) as error:
         raise OSError(f"{source} cannot be read: {error}") from None
 
 
-def _fetched(address: str) -> bytes:
+def _fetched(address: str, name: str) -> Spooled:
+    from http.client import HTTPException
     from urllib.request import urlopen
 
     try:
         with urlopen(address, timeout=_SECONDS) as answer:
-            found: bytes = answer.read()
-            return found
-    except URLError as error:
-        raise OSError(f"{address} cannot be read: {error.reason}") from None
+            length = answer.headers.get("Content-Length", "")
+            copy = Spooled(answer, name)
+    except (HTTPException, ValueError, OSError) as error:
+        reason = getattr(error, "reason", None) or error
+        raise OSError(f"{address} cannot be read: {reason}") from None
+    got = copy.path.stat().st_size
+    if length.isdecimal() and str(got) != length.lstrip("0") and got:
+        raise OSError(f"{address} is cut: {got} of its {length} bytes came")
+    return copy

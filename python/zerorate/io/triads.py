@@ -6,7 +6,9 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final, NamedTuple
 
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.record.devices import missing_device
+from zerorate.record.log import LogError
 from zerorate.record.names import Meaning, meaning_of
 from zerorate.record.words import ROLES, STAGES, ParsedName, words_of
 
@@ -123,9 +125,18 @@ def _rank(triad: Triad) -> tuple[bool, int, int]:
 
 
 def find_sensor_columns(names: Sequence[str], kind: str) -> tuple[int, ...]:
-    """Return the columns of the sensor of a kind that is read where none is named."""
-    triads = find_triads(dict(enumerate(names)))
-    chosen, _ = choose_triads([triad for triad in triads if triad.kind == kind], None)
+    """Return the columns of the one sensor of a kind; LogError if several devices have one."""
+    own = [triad for triad in find_triads(dict(enumerate(names))) if triad.kind == kind]
+    if len(devices := list_devices(own, names)) > 1:
+        columns = ",".join(names[i] for i in choose_triads(own, None)[0][0].indices)
+        raise LogError(
+            make_sentence(
+                f"there are {len(devices)} IMUs: {', '.join(devices)}; choose one, such as ",
+                keyword_argument("columns", columns),
+            ),
+            "columns",
+        )
+    chosen, _ = choose_triads(own, None)
     return tuple(index for triad in chosen for index in triad.indices)
 
 
@@ -194,7 +205,11 @@ def list_devices(triads: Sequence[Triad], names: Sequence[str]) -> tuple[str, ..
 def describe_others(chosen: Sequence[Triad], others: Sequence[Triad], label: str) -> Iterator[str]:
     """Yield the sentence on the sensors of a kind that are not read, if there are any."""
     if chosen and others:
-        yield f"of several sensors {label} is read; sensor= chooses another: {_list_stems(others)}"
+        yield make_sentence(
+            f"of several sensors {label} is read; ",
+            keyword_argument("sensor"),
+            f" chooses another: {_list_stems(others)}",
+        )
 
 
 def describe_axes(triad: Triad, names: Sequence[str]) -> Iterator[str]:

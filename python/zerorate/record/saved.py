@@ -6,11 +6,11 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from functools import partial
-from pathlib import Path
 from typing import Any, Final, TypeVar, get_type_hints
 
 import numpy as np
 
+from zerorate.record.regular import read_regular_text
 from zerorate.types import Floats
 
 Built = TypeVar("Built")
@@ -70,7 +70,7 @@ def restore(source: str | os.PathLike[str], what: str, build: Callable[[object],
     """
     is_text = isinstance(source, str) and source.lstrip().startswith("{")
     try:
-        text = str(source) if is_text else Path(source).read_text(encoding="utf-8")
+        text = str(source) if is_text else read_regular_text(source)
         return build(json.loads(text))
     except (TypeError, ValueError) as error:
         reason = str(error)

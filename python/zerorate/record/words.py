@@ -51,6 +51,21 @@ _DICTIONARY: Final = frozenset(word for word in ROLES if len(word) > 2) | {
     "sensor",
     "field",
 }
+_FOREIGN_WORDS: Final = {
+    **dict.fromkeys(
+        ("ω", "Ω", "陀螺仪", "陀螺", "角速度", "ジャイロ", "자이로", "각속도"), " gyro "
+    ),
+    **dict.fromkeys(("гироскоп", "Гироскоп", "γυροσκόπιο"), " gyro "),
+    **dict.fromkeys(("加速度", "加速计", "가속도", "акселерометр", "Акселерометр"), " accel "),
+    **dict.fromkeys(("磁力计", "磁場", "磁场", "магнитометр", "Магнитометр"), " mag "),
+    "Gy": " gyro ",
+    "Ac": " accel ",
+}
+"""Words in other letters, and what tutorials of the MPU-6050 write before an axis: ``GyX``."""
+_FOREIGN: Final = re.compile(
+    rf"(?<![A-Za-z])(?:Gy|Ac)(?=[XYZ](?![A-Za-z]))"
+    rf"|{'|'.join(word for word in _FOREIGN_WORDS if not word.isascii())}"
+)
 _WORD: Final = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-zµ°]+|\d+")
 _AXIS_LETTERS: Final = {"x": 0, "y": 1, "z": 2}
 _ROTATION_AXES: Final = {"roll": 0, "pitch": 1, "yaw": 2}
@@ -88,7 +103,8 @@ class ParsedName(NamedTuple):
 
 def words_of(name: str) -> tuple[str, ...]:
     """Return the words of a name in small letters."""
-    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
+    known = _FOREIGN.sub(lambda found: _FOREIGN_WORDS[found[0]], name)
+    plain = unicodedata.normalize("NFKD", known).encode("ascii", "ignore").decode()
     return tuple(part for word in _WORD.findall(plain) for part in _split_word(word.lower()))
 
 

@@ -16,7 +16,7 @@ from zerorate.geometry.rotations import about_z, product
 from zerorate.metrics.orientation import heading_offset
 from zerorate.show.report_document import document
 from zerorate.show.style import shorten_source
-from zerorate.types import Floats, Integers
+from zerorate.types import Booleans, Floats, Integers
 
 _MAX_FRAMES: Final = 3000
 """Frames of the page; 100 kB to 300 kB."""
@@ -85,7 +85,7 @@ def _frames(estimate: AttitudeEstimate) -> dict[str, Any]:
 def _as_list(values: Floats) -> list[Any]:
     """Return numbers of few digits as JSON has them, null for what is not finite."""
     rounded = np.round(values, _DIGITS)
-    finite = np.isfinite(rounded).reshape(len(rounded), -1).all(axis=1)
+    finite: Booleans = np.asarray(np.isfinite(rounded).reshape(len(rounded), -1).all(axis=1))
     return [row if finite[i] else None for i, row in enumerate(rounded.tolist())]
 
 

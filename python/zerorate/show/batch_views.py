@@ -121,5 +121,5 @@ def plot_batch(result: BatchResult) -> Figure:
         axes.xaxis.set_visible(False)
         write_in_middle(axes, f"No log of {len(result.outcomes)} stands out from the others.")
     axes.set_yticks(rows, [f"{outlier.log}, {outlier.quantity}" for outlier in reversed(outliers)])
-    write_title(figure, "Which logs stand out")
+    write_title(figure, "Which logs stand out?")
     return figure

@@ -81,7 +81,7 @@ def plot_before_after(comparison: BeforeAfter) -> Figure:
     axes.set_xlabel("after less before, in standard errors")
     style_panels([axes])
     axes.set_yticks(rows, names)
-    write_title(figure, "What differs")
+    write_title(figure, "What differs between the logs?")
     return figure
 
 

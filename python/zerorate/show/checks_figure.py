@@ -35,9 +35,9 @@ def plot_checks(checks: Checks) -> Figure:
         position, frame = (0.01, row + 0.38), axes.get_yaxis_transform()
         axes.text(*position, finding.status, transform=frame, color=GREY_TEXT, size=FONT_PT)
     axes.set_ylim(-0.5, 1.7)
-    axes.set_xlabel("time, s")
+    axes.set_xlabel("time [s]")
     style_panels([axes])
     axes.set_yticks(range(2), _ROWS)
-    write_title(figure, f"What motion shows of {checks.source}")
+    write_title(figure, f"What does motion show of {checks.source}?")
     write_caption(figure, "Bars: where it is seen; red where what the log says is mistaken.")
     return figure

@@ -82,13 +82,13 @@ def _format_spread(values: np.ndarray) -> tuple[str, str, str]:
 
 def plot_noise_model(model: NoiseModel) -> Figure:
     """Return the Allan deviation that a model expects, and that of each of its terms."""
-    figure, axes = _make_panel("The Allan deviation that a noise model expects")
+    figure, axes = _make_panel("Which Allan deviation does the model expect?")
     taus = np.logspace(-3.0, 5.0, 161)
     axes.loglog(taus, model.allan_deviation(taus), color=BLACK, lw=1.2, label="all terms")
     for (name, part), (colour, way) in zip(_split_terms(model), _CURVE_STYLES * 2, strict=False):
         axes.loglog(taus, part.allan_deviation(taus), color=colour, lw=0.8, ls=way, label=name)
-    axes.set_xlabel("averaging time, s")
-    axes.set_ylabel(f"deviation, {_UNITS[model.quantity]}")
+    axes.set_xlabel("averaging time [s]")
+    axes.set_ylabel(f"deviation [{_UNITS[model.quantity]}]")
     style_panels([axes])
     write_legend(axes, "upper right", 2, 2.0)
     return figure
@@ -108,11 +108,11 @@ def _split_terms(model: NoiseModel) -> Iterator[tuple[str, NoiseModel]]:
 
 def plot_arma_model(model: ArmaModel) -> Figure:
     """Return the density that a model expects, over frequency in parts of the rate."""
-    figure, axes = _make_panel(arma_name(model))
+    figure, axes = _make_panel(f"Which spectrum does {arma_name(model)} expect?")
     frequencies = np.logspace(-5.0, np.log10(0.5), 400)
     axes.loglog(frequencies, model.spectrum(frequencies, 1.0), color=BLUE, lw=1.0)
     axes.set_xlabel("frequency over the rate of the samples")
-    axes.set_ylabel("density, unit² of the record times samples")
+    axes.set_ylabel("density [unit² of the record times samples]")
     style_panels([axes])
     return figure
 
@@ -130,13 +130,13 @@ def plot_allan_covariance(result: AllanCovariance) -> Figure:
     below.semilogx(result.tau, pairs.mean(axis=1), color=BLUE, lw=1.0)
     below.fill_between(result.tau, pairs.min(axis=1), pairs.max(axis=1), color=BLUE, alpha=0.15)
     below.axhline(0.0, color=BLACK, lw=0.5)
-    above.set_ylabel(f"Allan deviation, {result.unit}")
+    above.set_ylabel(f"Allan deviation [{result.unit}]")
     below.set_ylabel("correlation of pairs")
-    below.set_xlabel("averaging time, s")
+    below.set_xlabel("averaging time [s]")
     above.tick_params(labelbottom=False)
     style_panels([above, below])
     write_legend(above, "upper right", 4)
-    write_title(figure, "Gyros side by side; below mean, least and largest pair")
+    write_title(figure, "Do the gyros share their noise?")
     return figure
 
 

@@ -66,10 +66,10 @@ def plot_fitted_rate(result: FittedRate) -> Figure:
     groups = (
         _Group("scale", tuple(_make_row(name, getattr(result, name)) for name in scales), ()),
         _Group("asymmetry of the scale", (_make_row("asymmetry", result.asymmetry),)),
-        _Group("bias, in the unit of the gyro", (_make_row("bias", result.bias),)),
-        _Group("lag, s", (_make_row("lag", result.lag),)),
+        _Group("bias [in the unit of the gyro]", (_make_row("bias", result.bias),)),
+        _Group("lag [s]", (_make_row("lag", result.lag),)),
     )
-    return _draw_figure("A gyro against its reference", groups)
+    return _draw_figure("How far is the gyro off its reference?", groups)
 
 
 def plot_comparison(result: CalibrationComparison) -> Figure:
@@ -77,8 +77,10 @@ def plot_comparison(result: CalibrationComparison) -> Figure:
     comparable = [p for p in result.parameters if not math.isnan(p.z)]
     farthest = sorted(comparable, key=lambda p: -abs(p.z))[:_MAX_PARAMETERS]
     rows = tuple(_Row(p.name, p.z, 0.0, p.moved) for p in farthest)
-    group = _Group("second less first, standard errors", rows, (-3.0, 0.0, 3.0))
-    return _draw_figure("Two calibrations", (group,), "Beyond ± 3 a parameter has moved.")
+    group = _Group("second less first [standard errors]", rows, (-3.0, 0.0, 3.0))
+    return _draw_figure(
+        "What moved between two calibrations?", (group,), "Beyond ± 3 a parameter has moved."
+    )
 
 
 def plot_alignment(result: Alignment) -> Figure:
@@ -91,17 +93,17 @@ def plot_alignment(result: Alignment) -> Figure:
     sigma = math.degrees(result.gyro_bias_sigma)
     accel = _make_axis_rows(result.accel_bias, result.accel_bias_sigma)
     groups = (
-        _Group("angle, deg", tuple(rows)),
-        _Group("bias of the gyro, deg/s", _make_axis_rows(gyro, sigma)),
-        _Group("bias of the accelerometer, m/s²", accel),
+        _Group("angle [deg]", tuple(rows)),
+        _Group("bias of the gyro [deg/s]", _make_axis_rows(gyro, sigma)),
+        _Group("bias of the accelerometer [m/s²]", accel),
     )
-    return _draw_figure(f"Aligned at {result.time:g} s", groups)
+    return _draw_figure(f"Which way did it point at {result.time:g} s?", groups)
 
 
 def plot_time_offset(result: TimeOffset) -> Figure:
     """Return the offset of two clocks as an interval."""
     rows = (_Row("time offset", result.seconds, result.sigma),) if result.identifiable else ()
-    return _draw_figure("Clock of the fixes against that of the sensors", (_Group("s", rows),))
+    return _draw_figure("How late are the fixes?", (_Group("time offset [s]", rows),))
 
 
 def plot_rotations(result: Rotations) -> Figure:
@@ -110,11 +112,11 @@ def plot_rotations(result: Rotations) -> Figure:
     residuals = zip(result.labels, 100.0 * result.residuals, strict=True)
     groups = (
         _Group(
-            "angle to the first, deg", tuple(_Row(n, a, _finite_or_zero(e)) for n, a, e in angles)
+            "angle to the first [deg]", tuple(_Row(n, a, _finite_or_zero(e)) for n, a, e in angles)
         ),
-        _Group("rate that is left, %", tuple(_Row(n, r) for n, r in residuals)),
+        _Group("rate that is left [%]", tuple(_Row(n, r) for n, r in residuals)),
     )
-    return _draw_figure(f"Rotations against {result.labels[0]}", groups)
+    return _draw_figure(f"How are the gyros turned against {result.labels[0]}?", groups)
 
 
 def plot_virtual_gyro(result: VirtualGyro) -> Figure:
@@ -126,7 +128,10 @@ def plot_virtual_gyro(result: VirtualGyro) -> Figure:
         _Group("weight; line: plain mean", rows, (plain_weight,)),
         _Group("deviation of the plain mean over this one's", (gain,), (1.0,)),
     )
-    return _draw_figure(f"One gyro of {len(result.weights)}, for {result.horizon:g} s", groups)
+    return _draw_figure(
+        f"How much does each of {len(result.weights)} gyros count, for {result.horizon:g} s?",
+        groups,
+    )
 
 
 def format_virtual_gyro(result: VirtualGyro) -> str:

@@ -1,16 +1,18 @@
 """A stream as it runs, in a browser of this machine: a page, and views sent to it as they come."""
 
+from __future__ import annotations
+
 import json
 import queue
 import threading
 from collections import deque
 from collections.abc import Iterator
 from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from time import monotonic, sleep
 from typing import Final, Self
 
+from zerorate.tasks.live.listeners import Access, BoundedHandler, BoundedServer
 from zerorate.tasks.live.view import PERIOD_S, View
 
 HOST: Final = "127.0.0.1"
@@ -51,8 +53,7 @@ class LivePage:
         self._past: deque[str] = deque(maxlen=round(_HISTORY_S / PERIOD_S))
         self._pages: _Pages = set()
         self._lock = threading.Lock()
-        self._server = _Server((HOST, port), self)
-        self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
+        self._server = _Server(port, self)
 
     @property
     def address(self) -> str:
@@ -61,7 +62,7 @@ class LivePage:
 
     def __enter__(self) -> Self:
         """Begin to serve."""
-        self._thread.start()
+        self._server.begin()
         return self
 
     def __exit__(self, *fault: object) -> None:
@@ -70,8 +71,7 @@ class LivePage:
         deadline = monotonic() + _CLOSING_TIME_S
         while self._pages and monotonic() < deadline:
             sleep(0.01)
-        self._server.shutdown()
-        self._server.server_close()
+        self._server.end()
 
     def put(self, view: View) -> None:
         """Send a view to all pages; none of them is waited for."""
@@ -115,27 +115,20 @@ def _next_text(waiting: queue.Queue[str | None]) -> str | None:
         return ""
 
 
-class _Server(ThreadingHTTPServer):
-    daemon_threads = True
-
-    def __init__(self, address: tuple[str, int], page: LivePage) -> None:
-        super().__init__(address, _Handler)
+class _Server(BoundedServer):
+    def __init__(self, port: int, page: LivePage) -> None:
+        super().__init__(HOST, port, _Handler, Access())
         self.page = page
 
-    def handle_error(self, request: object, client_address: object) -> None:
-        """Say nothing of a browser that is gone."""
 
-
-class _Handler(BaseHTTPRequestHandler):
+class _Handler(BoundedHandler):
     server: _Server
 
     def do_GET(self) -> None:  # as the base class has it
         """Answer with a file or with the views."""
-        # Pages of other sites may let a name of theirs lead here, and would read along.
-        port = self.server.server_address[1]
-        if self.headers.get("Host") not in (f"{HOST}:{port}", f"localhost:{port}"):
-            self.send_error(HTTPStatus.FORBIDDEN)
-        elif self.path == "/events":
+        if not self.is_admitted():
+            return
+        if self.path == "/events":
             self._events()
         elif self.path in _FILES:
             self._file(*_FILES[self.path])
@@ -162,6 +155,3 @@ class _Handler(BaseHTTPRequestHandler):
         self.send_header("Cache-Control", "no-store")
         self.send_header("Content-Security-Policy", _CONTENT_POLICY)
         self.send_header("X-Content-Type-Options", "nosniff")
-
-    def log_message(self, format: str, *args: object) -> None:
-        """Say nothing: stderr is the stream's."""

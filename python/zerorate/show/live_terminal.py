@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from zerorate.tasks.live.view import View
+from zerorate.texts import escape_line
 
 _REDRAW_PERIOD_S: Final = 0.1
 _BAR_LETTERS: Final = "▁▂▃▄▅▆▇█"
@@ -59,7 +60,7 @@ def render_views(past: Sequence[View]) -> Group:
     unit = last.unit or "unit of the samples"
     table = Table(box=None, pad_edge=False)
     table.add_column("")
-    table.add_column(f"rate, {unit}", justify="right")
+    table.add_column(Text(f"rate, {unit}"), justify="right")
     table.add_column(f"last {len(past)} views")
     table.add_column("bias", justify="right")
     table.add_column("±", justify="right")
@@ -67,7 +68,7 @@ def render_views(past: Sequence[View]) -> Group:
         rates = [view.rate[i] for view in past]
         numbers = (last.rate[i], last.bias[i], last.bias_sigma[i])
         rate, bias, sigma = (_format_number(x) for x in numbers)
-        table.add_row(name, rate, format_bars(rates), bias, sigma)
+        table.add_row(Text(escape_line(name)), rate, format_bars(rates), bias, sigma)
     head = Text(f"{last.seconds:.1f} s  {last.status}", style="bold")
     parts: list[Text | Table] = [head, table]
     if last.euler_deg is not None:

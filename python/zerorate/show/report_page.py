@@ -120,7 +120,7 @@ def plot_report(report: Report) -> Figure:
         range(len(findings)),
         [f"{finding.severity}: {finding.kind}" for finding in reversed(findings)],
     )
-    write_title(figure, "When it is seen")
+    write_title(figure, "When is it seen?")
     return figure
 
 

@@ -58,11 +58,11 @@ def plot_integrated(result: Integrated) -> Figure:
     angle = np.degrees(result.angle)[:, None]
     sigma = None if result.sigma is None else np.degrees(result.sigma).reshape(len(angle), -1)
     if sigma is not None and sigma.shape[1] == 1:
-        panels = [_Panel("angle, deg", angle, sigma=sigma)]
+        panels = [_Panel("angle [deg]", angle, sigma=sigma)]
     else:
-        panels = [_Panel("angle, deg", angle)]
-        panels += [] if sigma is None else [_Panel("σ of the angle, deg", sigma, tuple("xyz"))]
-    return _draw_figure(f"Integrated by {result.method}", panels, result.rate)
+        panels = [_Panel("angle [deg]", angle)]
+        panels += [] if sigma is None else [_Panel("σ of the angle [deg]", sigma, tuple("xyz"))]
+    return _draw_figure("How far did it turn?", panels, result.rate)
 
 
 def format_integrated(result: Integrated) -> str:
@@ -84,15 +84,15 @@ def plot_corrected(result: Corrected) -> Figure:
     """Return the corrected gyro and accelerometer on the clock of the first, a curve an axis."""
     logs = [log for name, log in result.recording.items() if name.startswith(("gyro", "accel"))]
     same_clock = [log for log in logs if (log.n, log.rate) == (logs[0].n, logs[0].rate)]
-    panels = [_Panel(f"{log.names[0]} .., {log.unit}", log.data, log.names) for log in same_clock]
-    return _draw_figure("Corrected by a calibration", panels, logs[0].rate)
+    panels = [_Panel(f"{log.names[0]} .. [{log.unit}]", log.data, log.names) for log in same_clock]
+    return _draw_figure("What do the corrected sensors show?", panels, logs[0].rate)
 
 
 def plot_denoised(result: Denoised) -> Figure:
     """Return the record that is left, a curve a column, over its samples."""
     values = result.signal.reshape(len(result.signal), -1)
     panels = [_Panel("signal", values, _number_names("column", values.shape[1]))]
-    return _draw_figure(f"Denoised by {result.wavelet}, {result.mode} thresholds", panels, None)
+    return _draw_figure("What is left without noise?", panels, None)
 
 
 def format_denoised(result: Denoised) -> str:
@@ -114,13 +114,13 @@ def plot_linear(result: LinearRun) -> Figure:
     if result.complete:
         nis = np.asarray(result.nis).reshape(len(result.state), -1)
         panels.append(_Panel("NIS", nis, _number_names("channel", nis.shape[1])))
-    return _draw_figure("Linear Kalman filter", panels, None)
+    return _draw_figure("What does the filter estimate?", panels, None)
 
 
 def plot_smoothed(result: SmoothedRun) -> Figure:
     """Return each state of the smoother with two standard deviations."""
     panels = _make_state_panels(result.state, _standard_deviations(result.covariance))
-    return _draw_figure("Linear Kalman filter, smoothed", panels, None)
+    return _draw_figure("What do later samples say as well?", panels, None)
 
 
 def format_linear(result: LinearRun) -> str:
@@ -157,7 +157,7 @@ def plot_trace(result: Trace) -> Figure:
         _Panel("innovation", columns(result.innovation), names),
         _Panel("R", columns(result.measurement_noise), names),
     ]
-    return _draw_figure("Drift filter", panels, None)
+    return _draw_figure("What does the filter learn?", panels, None)
 
 
 def format_trace(result: Trace) -> str:
@@ -183,10 +183,10 @@ def format_trace(result: Trace) -> str:
 def plot_fused(result: FusedAccelerometers) -> Figure:
     """Return the acceleration of all sensors as one, and the share of each."""
     panels = [
-        _Panel(f"acceleration, {result.unit}", result.accel, tuple("xyz")),
+        _Panel(f"acceleration [{result.unit}]", result.accel, tuple("xyz")),
         _Panel("weights", result.weights, _number_names("sensor", result.weights.shape[1])),
     ]
-    return _draw_figure("Accelerometers as one", panels, None)
+    return _draw_figure("What do the accelerometers show as one?", panels, None)
 
 
 def format_fused(result: FusedAccelerometers) -> str:
@@ -295,4 +295,4 @@ def _draw_panel(axes: Axes, panel: _Panel, rate: float | None) -> str:
         axes.set_ylim(low - 0.1 * (high - low), high + 0.1 * (high - low))
     if panel.names:
         write_legend(axes, "upper right", len(panel.names[:_MAX_NAMES]))
-    return unit if rate is None else f"time, {unit}"
+    return unit if rate is None else f"time [{unit}]"

@@ -102,11 +102,12 @@ def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure of so many millimetres, outside of matplotlib's global state."""
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
+
+        from zerorate.show.plain_figure import PlainFigure
     except ImportError:
         raise ImportError(describe_missing_extra("matplotlib", "plot")) from None
     dpi = WIDE_DPI if width > 1.2 * COLUMN_WIDTH_MM else _COLUMN_DPI
-    figure = Figure(figsize=(width * INCHES_PER_MM, height * INCHES_PER_MM), dpi=dpi)
+    figure = PlainFigure(figsize=(width * INCHES_PER_MM, height * INCHES_PER_MM), dpi=dpi)
     FigureCanvasAgg(figure)
     return figure
 

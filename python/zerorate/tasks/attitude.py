@@ -241,7 +241,7 @@ def _load_reference(
         return _shift_time(reference, offset), None
     if isinstance(reference, str | os.PathLike):
         path = Path(reference)
-        if path.is_file():
+        if path.exists() and not path.is_dir():
             return _shift_time(read_poses(path), offset), None
         if not isinstance(reference, str) or _is_file_name(reference):
             raise ValueError(

@@ -43,6 +43,7 @@ from zerorate.record.log import Log, LogError
 from zerorate.record.offset import TimeOffset
 from zerorate.record.poses import Poses
 from zerorate.record.recording import Recording
+from zerorate.record.regular import read_regular_text
 from zerorate.record.samples import Samples
 from zerorate.tasks.corrections import correction_of
 from zerorate.tasks.saving import Files, Writer, figure_writer, text_writer
@@ -449,7 +450,7 @@ def _load_noise_models(
 def _load_noise_model(path: Path, quantity: str) -> NoiseModel:
     """Return the model in a file, or the worst axis of those of a quantity in one of several."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_regular_text(path))
         axes = content.get("axes") if isinstance(content, dict) else None
         if not isinstance(axes, dict):
             return NoiseModel.from_json(path)

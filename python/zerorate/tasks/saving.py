@@ -21,7 +21,7 @@ from zerorate.progress import Progress, report_nothing
 from zerorate.record.atomic import atomic_path, check_writable, remove_leftovers
 from zerorate.tasks.source import stem_of
 from zerorate.texts import describe_missing_extra
-from zerorate.views import save_figure
+from zerorate.views import FigureError, is_undrawn, report_figure_faults, save_figure
 
 Writer: TypeAlias = Callable[[Path], object]
 """Writes a file of this name."""
@@ -258,6 +258,11 @@ class Outputs:
         """The files to write."""
         return [self.log, *self.others, *self.figures]
 
+    @property
+    def written(self) -> list[Path]:
+        """The files without figures that could not be drawn."""
+        return [path for path in self.paths if not is_undrawn(path)]
+
     def save(self, files: Files, progress: Progress, done: float = 0.0) -> list[Path]:
         """Write the files of a result and return the paths; see `write`.
 
@@ -268,7 +273,7 @@ class Outputs:
         )
         outputs = replace(self, others=present)
         outputs.write(files.data, list(files.figures.values())[: len(self.figures)], progress, done)
-        return outputs.paths
+        return outputs.written
 
     def write(
         self,
@@ -277,7 +282,7 @@ class Outputs:
         progress: Progress,
         done: float = 0.0,
     ) -> None:
-        """Draw the figures while another thread writes the others; rename when all are whole.
+        """Draw the figures while another thread writes the data, which no figure delays or costs.
 
         Parameters
         ----------
@@ -294,18 +299,32 @@ class Outputs:
         ------
         OSError
             If a file exists (without `force`) or cannot be written.
+        FigureError
+            If a figure cannot be drawn; all other files are written.
         """
         draws = [draw] if callable(draw) else draw
-        with atomic_paths(self.paths, self.force) as temporary, ThreadPoolExecutor(1) as executor:
-            count = 1 + len(self.others)
-            pairs = zip(writers, temporary[:count], strict=True)
-            jobs = [executor.submit(write, path) for write, path in pairs]
-            for draw_figure, path in zip(draws, temporary[count:], strict=False):
+        # Figures get their names after the data, without which none of them appears.
+        with ThreadPoolExecutor(1) as executor, ExitStack() as drawn:
+            data = executor.submit(self._write_data, writers)
+            faults = []
+            for draw_figure, path in zip(draws, self.figures, strict=False):
                 progress("drawing", done)
-                draw_figure(path)
+                try:
+                    with ExitStack() as one:
+                        draw_figure(*one.enter_context(atomic_paths([path], self.force)))
+                        drawn.push(one.pop_all())
+                except (ImportError, FileExistsError):
+                    raise
+                except Exception as error:  # whatever it lacks, the data are there
+                    faults.append(FigureError(path, error))
             progress("writing", 0.9)
-            for job in jobs:
-                job.result()
+            data.result()
+        report_figure_faults(faults)
+
+    def _write_data(self, writers: Sequence[Writer]) -> None:
+        with atomic_paths([self.log, *self.others], self.force) as temporary:
+            for write, path in zip(writers, temporary, strict=True):
+                write(path)
 
 
 def check_paths(

@@ -34,6 +34,7 @@ def walk(
     height: float | None = None,
     calibration: Calibration | str | os.PathLike[str] | None = None,
     clipped: Clipped = "auto",
+    assume_foot: bool = False,
     fix: bool = False,
     progress: Progress | None = None,
     **reading: Unpack[ReadingArguments],
@@ -60,6 +61,8 @@ def walk(
     clipped : {"auto", "restore", "leave"}
         Rates that the gyro clipped: restored from their flanks and trusted less ("auto" does so for
         a foot, too), or left.
+    assume_foot : bool
+        Navigate even if the motion is not that of a foot.
     fix : bool
         Correct a unit or axes of the gyro that the motion contradicts, where that is certain.
     progress : callable, optional
@@ -91,7 +94,7 @@ def walk(
     report = choose_reporter(progress)
     origin = _parse_origin(at, heading, height)
     # It restores rates itself: only so does it know which of them to trust less.
-    nav = FootNavigation(floor=floor, restore=clipped != "leave")
+    nav = FootNavigation(floor=floor, restore=clipped != "leave", assume_foot=assume_foot)
     correct = correction_of(calibration)
     report("reading", 0.0)
     recording = one_imu_of(source, reading)

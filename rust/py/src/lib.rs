@@ -48,7 +48,7 @@ mod _native {
     #[pymodule_export]
     use crate::drift::{DriftFilter, filter_options};
     #[pymodule_export]
-    use crate::foot::{FootFilter, foot_track, restore_clipped_rates};
+    use crate::foot::{FootFilter, foot_lead, foot_track, restore_clipped_rates};
     #[pymodule_export]
     use crate::identification::{
         arma_fit, arma_grid, arma_likelihood, arma_residuals, autoregression_variances,

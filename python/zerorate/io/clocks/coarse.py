@@ -6,11 +6,15 @@ from typing import Final
 
 import numpy as np
 
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.io.clocks.clock import roundest
+from zerorate.record.log import LogError
 from zerorate.types import Floats, Integers
 
-_FEWEST: Final = 3
-"""Rows a second, and seconds, that are spread at least."""
+_MIN_ROWS: Final = 3
+"""Rows a second from which on stamps are taken for coarse ones."""
+_MIN_CHANGES: Final = 2
+"""Changes of the second: one second is whole between them."""
 _NEAR: Final = 0.1
 """Part by which seconds without a fault differ in their rows."""
 
@@ -19,7 +23,16 @@ def spread(seconds: Floats, place: Integers | None = None) -> tuple[Floats, str]
     """Return the times of rows stamped in whole seconds, with a note; None for other stamps.
 
     ``place`` counts the rows with those that were lost, shape (n,).
+
+    Raises
+    ------
+    LogError
+        If no whole second lies inside, by which the rows could be counted.
     """
+    if 0 < _changes(seconds) < _MIN_CHANGES:
+        lacking = "the stamps are whole seconds, and no whole second lies inside the log; give "
+        no_time = keyword_argument("time", "none", "time=False")
+        raise LogError(make_sentence(lacking, keyword_argument("rate"), " in Hz and ", no_time))
     if not in_whole_seconds(seconds):
         return None
     edges = np.flatnonzero(np.diff(seconds)) + 1
@@ -40,10 +53,16 @@ def spread(seconds: Floats, place: Integers | None = None) -> tuple[Floats, str]
 
 def in_whole_seconds(seconds: Floats) -> bool:
     """Return True if several rows stand in each of several whole seconds."""
+    return _changes(seconds) >= _MIN_CHANGES
+
+
+def _changes(seconds: Floats) -> int:
+    """Return how often the whole second changes; 0 for other stamps."""
     steps = np.diff(seconds)
     changes = np.count_nonzero(steps)
-    coarse = changes > _FEWEST and len(seconds) > _FEWEST * changes
-    return bool(coarse and (steps >= 0).all() and (np.rint(steps) == steps).all())
+    coarse = changes > 0 and len(seconds) > _MIN_ROWS * (changes + 1)
+    whole = coarse and (steps >= 0).all() and (np.rint(steps) == steps).all()
+    return int(changes) if whole else 0
 
 
 def _rate(seconds: Floats, place: Integers, edges: Integers) -> float:

@@ -15,8 +15,12 @@ UNITS: Final = {
     "min": ("min", "mins", "minutes"),
     "h": ("h", "hr", "hrs", "hours"),
     "days": ("days",),
+    "100us": ("100us",),
 }
 """Units of time, each with the words for it."""
+
+UNIT_SPELLINGS: Final = {spelling for spellings in UNITS.values() for spelling in spellings}
+"""Spellings of units of time."""
 
 _UNIT_OF_WORD: Final = {spelling: unit for unit, all_ in UNITS.items() for spelling in all_}
 _UNIT_NAMES: Final = (

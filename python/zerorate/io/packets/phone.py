@@ -29,6 +29,8 @@ from zerorate.io.packets.protocol import (
 
 _MAX_MESSAGE_BYTES: Final = 1 << 22
 """Bytes of a message: Sensor Logger batches seconds of all sensors."""
+_MAX_STAMP: Final = 1 << 63
+_REASON: Final = "no JSON of events with a time and three numbers"
 _SENSORS: Final = {
     "gyroscope": "gyro",
     "android.sensor.gyroscope": "gyro",
@@ -45,21 +47,20 @@ _SENSORS: Final = {
 
 class _Decoder:
     def __init__(self) -> None:
-        self._buffer = Buffer(_MAX_MESSAGE_BYTES)
+        self._buffer = Buffer(_MAX_MESSAGE_BYTES, "phone", _REASON)
         self._last: dict[str, list[float]] = {}
 
     def feed(self, raw: bytes) -> Iterator[Row | Damage]:
         self._buffer.raw += raw
-        reason = "no JSON of events with a time and three numbers"
-        yield from read_lines(self._buffer, self._decode, reason, "phone")
+        yield from read_lines(self._buffer, self._decode)
+
+    def finish(self) -> Iterator[Row | Damage]:
+        yield from self._buffer.finish()
 
     def _decode(self, message: bytes) -> list[Row]:
         if not message.strip():
             return []
-        try:
-            return list(self._decode_events(_check_events(json.loads(message))))
-        except RecursionError:
-            raise ValueError("nested too deeply") from None
+        return list(self._decode_events(_check_events(json.loads(message))))
 
     def _decode_events(self, events: Iterable[Mapping[str, Any]]) -> Iterator[Row]:
         for event in events:
@@ -91,7 +92,7 @@ def _check_events(message: Any) -> list[Mapping[str, Any]]:  # noqa: ANN401
 
 def _find_stamp(event: Mapping[str, Any]) -> int:
     stamp = event.get("timestamp", event.get("time"))
-    if not isinstance(stamp, int):
+    if not isinstance(stamp, int) or isinstance(stamp, bool) or abs(stamp) >= _MAX_STAMP:
         raise ValueError("no time")
     return stamp
 

@@ -34,10 +34,13 @@ class Damage:
 
 
 class Decoder(Protocol):
-    """Takes bytes as they come, in pieces of any size."""
+    """Takes bytes as they come, in pieces of any size: however they are cut, the rows are equal."""
 
     def feed(self, raw: bytes) -> Iterator[Row | Damage]:
         """Yield the samples that are complete with these bytes, and damage."""
+
+    def finish(self) -> Iterator[Row | Damage]:
+        """Yield what the end of the bytes completes, or cuts."""
 
 
 @dataclass(frozen=True)
@@ -95,16 +98,21 @@ class Buffer:
     """
 
     max_bytes: int
+    protocol: str
+    reason: str
     raw: bytearray = field(default_factory=bytearray)
     _has_packet: bool = False
     _skipped: int = 0
     _lost: int = 0
+    _unknown: int = 0
+    _searched: int = 0
+    _overlong: bool = False
 
     def take(self, count: int) -> bytes:
         """Return a packet and forget its bytes."""
         packet = bytes(self.raw[:count])
         del self.raw[:count]
-        if self._has_packet or self._skipped >= self.max_bytes:
+        if self._has_packet:
             self._lost += self._skipped
         self._has_packet, self._skipped = True, 0
         return packet
@@ -113,38 +121,58 @@ class Buffer:
         """Forget bytes that belong to no packet."""
         del self.raw[:count]
         self._skipped += count
+        while not self._has_packet and self._skipped >= _MAX_UNKNOWN_BYTES:
+            self._skipped -= _MAX_UNKNOWN_BYTES
+            self._unknown += 1
 
-    def report_damage(self, reason: str) -> Iterator[Damage]:
-        """Yield the damage in the bytes between the last two packets."""
+    def report(self) -> Iterator[Damage]:
+        """Yield what there is to tell of bytes that belong to no packet."""
+        unknown, self._unknown = self._unknown, 0
+        for _ in range(unknown):
+            yield Damage(
+                f"{_MAX_UNKNOWN_BYTES} bytes hold no packet of {self.protocol}; is the form "
+                "another, or the speed of the line?"
+            )
         count, self._lost = self._lost, 0
         if count:
             are = "a byte is" if count == 1 else f"{count} bytes are"
-            yield Damage(f"{are} no packet: {reason}")
+            yield Damage(f"{are} no packet: {self.reason}")
 
-    def report_unknown(self, protocol: str) -> Iterator[Damage]:
-        """Yield that the bytes look like another form, where none of many was a packet."""
-        if not self._has_packet and self._skipped >= _MAX_UNKNOWN_BYTES:
-            count, self._skipped = self._skipped, 0
-            yield Damage(
-                f"the first {count} bytes hold no packet of {protocol}; is the form "
-                "another, or the "
-                "speed of the line?"
-            )
+    def finish(self) -> Iterator[Damage]:
+        """Yield that the end cuts a packet, where one has come before."""
+        yield from self.report()
+        count = self._skipped + len(self.raw)
+        if count and self._has_packet:
+            are = "the last byte is" if count == 1 else f"the last {count} bytes are"
+            yield Damage(f"{are} no whole packet")
+
+    def take_line(self) -> bytes | None:
+        """Return the next bytes that a line's end ends, None where it has not come.
+
+        What is longer than a message may be is forgotten.
+        """
+        while (end := self.raw.find(b"\n", self._searched)) >= 0:
+            self._searched = 0
+            if not self._overlong and end <= self.max_bytes:
+                return bytes(self.raw[:end])
+            self._overlong = False
+            self.skip(end + 1)
+        if self._overlong or len(self.raw) > self.max_bytes:
+            self._overlong = True
+            self.skip(len(self.raw))
+        self._searched = len(self.raw)
+        return None
 
 
-def read_lines(
-    buffer: Buffer, parse: Callable[[bytes], Sequence[Row]], reason: str, protocol: str
-) -> Iterator[Row | Damage]:
+def read_lines(buffer: Buffer, parse: Callable[[bytes], Sequence[Row]]) -> Iterator[Row | Damage]:
     """Yield the rows of messages that a line's end ends; `parse` raises ValueError for others."""
-    while (end := buffer.raw.find(b"\n")) >= 0:
+    while (line := buffer.take_line()) is not None:
         try:
-            rows = parse(bytes(buffer.raw[:end]))
-        except ValueError:
-            buffer.skip(end + 1)
+            rows = parse(line)
+        except (ValueError, ArithmeticError, RecursionError):
+            buffer.skip(len(line) + 1)
             continue
-        buffer.take(end + 1)
-        yield from buffer.report_damage(reason)
+        buffer.take(len(line) + 1)
+        yield from buffer.report()
         yield from rows
-    if len(buffer.raw) > buffer.max_bytes:
-        buffer.skip(len(buffer.raw))
-    yield from buffer.report_unknown(protocol)
+    yield from buffer.report()

@@ -18,6 +18,7 @@ _START: Final = 0x55
 _TIME, _ACCEL, _GYRO, _MAG = 0x50, 0x51, 0x52, 0x54
 _COMBINED: Final = 0x61
 _KINDS: Final = range(0x50, 0x60)
+_ALL_KINDS: Final = {*_KINDS, _COMBINED}
 _PACKET_BYTES: Final = 11
 _BLUETOOTH_BYTES: Final = 20
 _G_PER_COUNT: Final = 16.0 / 32768.0
@@ -28,16 +29,23 @@ class _Decoder:
     """A row is complete with the rate: acceleration comes before it, the field after."""
 
     def __init__(self) -> None:
-        self._buffer = Buffer(_BLUETOOTH_BYTES)
+        self._buffer = Buffer(_BLUETOOTH_BYTES, "witmotion", "no packet with a right checksum")
         self._accel: Row = NO_TRIAD
         self._mag: Row = NO_TRIAD
 
     def feed(self, raw: bytes) -> Iterator[Row | Damage]:
         self._buffer.raw += raw
         while (packet := self._next_packet()) is not None:
-            yield from self._buffer.report_damage("no packet with a right checksum")
+            yield from self._buffer.report()
             yield from self._decode(packet)
-        yield from self._buffer.report_unknown("witmotion")
+        yield from self._buffer.report()
+
+    def finish(self) -> Iterator[Row | Damage]:
+        raw = self._buffer.raw
+        begun = bytes(raw[_BLUETOOTH_BYTES:]) in (b"", bytes([_START]))
+        if len(raw) >= _BLUETOOTH_BYTES and raw[:2] == bytes([_START, _COMBINED]) and begun:
+            yield from self._decode(self._buffer.take(_BLUETOOTH_BYTES))
+        yield from self._buffer.finish()
 
     def _next_packet(self) -> bytes | None:
         raw = self._buffer.raw
@@ -49,10 +57,11 @@ class _Decoder:
             if len(raw) < _PACKET_BYTES:
                 return None
             if raw[1] == _COMBINED:
-                if len(raw) < _BLUETOOTH_BYTES:
+                # Without a checksum, the begin of the next one has to do: it is waited for, so
+                # that the samples do not depend on how the bytes are cut.
+                if len(raw) < _BLUETOOTH_BYTES + 2:
                     return None
-                # Without a checksum, the next one's start has to do.
-                if len(raw) == _BLUETOOTH_BYTES or raw[_BLUETOOTH_BYTES] == _START:
+                if raw[_BLUETOOTH_BYTES] == _START and raw[_BLUETOOTH_BYTES + 1] in _ALL_KINDS:
                     return self._buffer.take(_BLUETOOTH_BYTES)
             elif raw[1] in _KINDS and sum(raw[: _PACKET_BYTES - 1]) % 256 == raw[_PACKET_BYTES - 1]:
                 return self._buffer.take(_PACKET_BYTES)

@@ -32,14 +32,15 @@ _MAX_MESSAGE_BYTES: Final = 4096
 
 class _Decoder:
     def __init__(self) -> None:
-        self._buffer = Buffer(_MAX_MESSAGE_BYTES)
+        self._buffer = Buffer(_MAX_MESSAGE_BYTES, "xio", "no message as long as its letter says")
         self._mag: Row = NO_TRIAD
 
     def feed(self, raw: bytes) -> Iterator[Row | Damage]:
         self._buffer.raw += raw
-        yield from read_lines(
-            self._buffer, self._decode, "no message as long as its letter says", "xio"
-        )
+        yield from read_lines(self._buffer, self._decode)
+
+    def finish(self) -> Iterator[Row | Damage]:
+        yield from self._buffer.finish()
 
     def _decode(self, message: bytes) -> list[Row]:
         if not message.strip():

@@ -36,16 +36,19 @@ _FIXED_16_32: Final = 2
 
 class _Decoder:
     def __init__(self) -> None:
-        self._buffer = Buffer(_MAX_DATA_BYTES)
+        self._buffer = Buffer(_MAX_DATA_BYTES, "xsens", "no message with a right checksum")
 
     def feed(self, raw: bytes) -> Iterator[Row | Damage]:
         buffer = self._buffer
         buffer.raw += raw
         while (message := self._next_message()) is not None:
-            yield from buffer.report_damage("no message with a right checksum")
+            yield from buffer.report()
             if message[0] == _MTDATA2:
                 yield from _decode(message[1])
-        yield from buffer.report_unknown("xsens")
+        yield from buffer.report()
+
+    def finish(self) -> Iterator[Row | Damage]:
+        yield from self._buffer.finish()
 
     def _next_message(self) -> tuple[int, bytes] | None:
         """Return the next whole message, its kind and data; None if it has not come."""

@@ -15,7 +15,7 @@ from dataclasses import replace
 from itertools import islice
 from typing import Final, NamedTuple
 
-from zerorate.io.clocks.names import UNITS, looks_like_time
+from zerorate.io.clocks.names import UNIT_SPELLINGS, looks_like_time
 from zerorate.io.readers.cells import (
     MISSING,
     is_comment,
@@ -37,7 +37,8 @@ _SEP: Final = re.compile(r'"?sep=(.)"?[,;\t]*', re.IGNORECASE)
 STATED_RATE: Final = re.compile(
     r"(?:rate|frequency|odr)\W{0,6}([0-9.]+) ?Hz|\bat ([0-9.]+) ?Hz", re.IGNORECASE
 )
-_TIME_UNIT_WORDS: Final = {spelling for spellings in UNITS.values() for spelling in spellings}
+_RULE: Final = re.compile(r"[|+:=\-\s]*(?:-{3}|={3})[|+:=\-\s]*$")
+"""A line drawn below names."""
 _EMPTY_CELLS: Final = ("", "-")
 """What stands for no value in a row, and for none in a line of units."""
 _MAX_HEAD_LINES: Final = 400
@@ -70,12 +71,12 @@ def find_layout(raw: bytes, names: tuple[str, ...] | None = None) -> tuple[Layou
 
     ``names`` are those of the columns where the file has them elsewhere than in a header.
     """
-    lines = [line for line in _read_head_lines(raw) if line.text]
+    lines = [line for line in _read_head_lines(raw) if line.text and not _RULE.match(line.text)]
     mark = _SEP.fullmatch(lines[0].text) if lines else None
     lines = lines[1:] if mark else lines
     body = [line for line in lines if not line.comment]
     if not body:
-        raise LogError("the file holds no rows, expected a table of numbers")
+        raise LogError(f"the file holds no rows, expected a table of numbers{_REMEDY}")
     delimiter = mark[1] if mark else delimiter_of(_find_sample_row(body).text)
     cells = [split_cells(line.text, delimiter) for line in body[:_MAX_HEAD_LINES]]
     notes: tuple[str, ...] = ()
@@ -307,7 +308,7 @@ def _are_units(cells: list[str]) -> bool:
 
 
 def _is_unit(text: str) -> bool:
-    return is_unit(text) or text.strip().lower() in _TIME_UNIT_WORDS
+    return is_unit(text) or text.strip().lower() in UNIT_SPELLINGS
 
 
 def _add_unit(name: str, cell: str) -> str:
@@ -356,7 +357,9 @@ def _find_comment_names(
     above = [line for line in lines if line.number < first.number]
     if not above:
         return None
-    cells = split_cells(above[-1].text.lstrip("#%/ "), delimiter)
+    *upper, cells = [split_cells(line.text.lstrip("#%/ "), delimiter) for line in above[-2:]]
+    if upper and len(upper[0]) == len(cells) and _are_units(cells) and not _are_units(upper[0]):
+        cells = [_add_unit(name, unit) for name, unit in zip(upper[0], cells, strict=True)]
     if len(cells) != width or all(is_number(cell, False) for cell in cells):
         return None
     return _make_names(cells)

@@ -68,6 +68,8 @@ def _make_lazy_array(
     shape, _, dtype = read_header(file)
     if dtype.hasobject:
         raise LogError(f"{what} holds Python objects, expected numbers")
+    if dtype.itemsize == 0:
+        raise LogError(f"{what} holds {dtype}, which has no bytes, expected numbers")
     declared, available_bytes = math.prod(shape) * dtype.itemsize, size - file.tell()
     if declared > available_bytes or min(shape, default=0) < 0:
         raise LogError(

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from zerorate.faults import keyword_argument, make_sentence
-from zerorate.io.evidence import loaded, rises
+from zerorate.io.evidence import loaded, named_by_values, rises
 from zerorate.io.parts import split_table
 from zerorate.io.readers.cells import is_comment, split_cells
 from zerorate.io.readers.layouts import delimiter_of, find_layout, first_lines
@@ -43,6 +43,8 @@ _MAG_FIRST: Final = (
     "mag_x mag_y mag_z accel_x_mps2 accel_y_mps2 accel_z_mps2 gyro_x_radps gyro_y_radps"
     " gyro_z_radps"
 )
+_IMU_WORDS: Final = {"imu", "pimu", "sensor", "mpu"}
+"""Words of rows of a whole IMU, whose values tell the axes."""
 _SENTENCES: Final = {
     "VNYMR": f"sensor yaw pitch roll {_MAG_FIRST}",
     "VNIMU": f"sensor {_MAG_FIRST} temperature_degc pressure_kpa",
@@ -176,7 +178,9 @@ def _words_of_sensors(cells: list[str]) -> bool:
 
 def _kind_of(word: str) -> str | None:
     bare = word.strip("$:<>[]")
-    return "gyro" if bare in _SENTENCES else parse_name(f"{bare} x").kind
+    if bare in _SENTENCES or bare.lower() in _IMU_WORDS:
+        return "gyro"
+    return parse_name(f"{bare} x").kind
 
 
 def _of_word(raw: bytes, word: str, at: int, stated: list[str]) -> Table:
@@ -198,7 +202,7 @@ def _of_word(raw: bytes, word: str, at: int, stated: list[str]) -> Table:
     layout = replace(layout, names=tuple(names) or None)
     time = names.index("time") if "time" in names else None
     meta = Metadata(sensor=word, notes=tuple(notes))
-    return replace(table_of_rows(raw, layout), time=time, meta=meta)
+    return named_by_values(replace(table_of_rows(raw, layout), time=time, meta=meta))
 
 
 def _names_by_values(table: Table, word: str, at: int) -> list[str]:

@@ -13,8 +13,9 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
+from zerorate.io.evidence import named_by_values
 from zerorate.io.readers.cells import make_inert
 from zerorate.io.readers.layouts import find_layout, first_lines
 from zerorate.io.readers.parsers import (
@@ -32,7 +33,7 @@ from zerorate.io.readers.rows import (
     split_messages,
     table_of_rows,
 )
-from zerorate.io.readers.tokens import ECHO, tokenizer_of
+from zerorate.io.readers.tokens import ECHO, SERIAL_STAMP, tokenizer_of
 from zerorate.io.signatures import is_text
 from zerorate.io.table import Content, Metadata, Table, apply_listed_names
 from zerorate.record.clock import count_noun
@@ -40,30 +41,33 @@ from zerorate.record.log import LogError
 from zerorate.record.names import meaning_of
 from zerorate.record.words import STAGES, parse_name, words_of
 
+_MINUS: Final = "\N{MINUS SIGN}".encode()
 _UTF_16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
-_SERIAL_STAMP: Final = rb"(?m)^(\d{1,2}:\d\d:\d\d[.,]?\d*) -> "
-"""What the serial monitor of Arduino writes before a line."""
+_SERIAL_STAMP: Final = SERIAL_STAMP.pattern.encode()
 _AXES: Final = (0, 1, 2)
 _PART: Final = 0.1
 """Rows of a set of names, of those of the commonest, from which on it is a sensor."""
+_ZEROS: Final = re.compile(rb"\0+")
+_FEW_BLOCKS: Final = 0.05
+"""Blocks of zeros, of the lines, up to which a file is a text with gaps."""
 _LISTED: Final = 8
 """Torn lines that a note names."""
 
 
 def read(path: Path) -> Content:
     """Return the content of a text."""
-    raw = _to_utf8(path.read_bytes()).rstrip(b"\0")
+    raw = _without_zeros(_to_utf8(path.read_bytes()).rstrip(b"\0"))
     if not is_text(raw):
         raise LogError("the content is binary, expected a text table")
     _check_no_result(raw)
-    table = _track(raw) or tokenized(raw)
-    if table is not None:
-        return table
+    content = _track(raw) or tokenized(raw, path.stem)
+    if content is not None:
+        return content
     raw, has_stamps = _strip_arrows(_with_one_mark(raw))
     content = split_messages(raw) or labelled(raw)
     if content is not None:
         return content
-    table = _name_by_file(_read_table(raw), path.stem)
+    table = _named(_read_table(raw), path.stem)
     if has_stamps:
         names = table.names and ("time", *table.names[1:])
         table = replace(table, names=names, time=0)
@@ -89,8 +93,11 @@ def _track(raw: bytes) -> Content | None:
     return Content.of(_read_table("\n".join(rows).encode()))
 
 
-def tokenized(raw: bytes) -> Content | None:
-    """Return the content of lines of names and numbers, a table for each set of names."""
+def tokenized(raw: bytes, stem: str = "") -> Content | None:
+    """Return the content of lines of names and numbers, a table for each set of names.
+
+    ``stem`` is the name of the file, which may be that of a sensor.
+    """
     raw = _listed_lines(raw)
     head = [line.text for line in first_lines(raw, 60)]
     tokenizer = tokenizer_of(head)
@@ -113,7 +120,7 @@ def tokenized(raw: bytes) -> Content | None:
     notes += [f"left out: {count_noun(left, 'line')} without a sample"] if left else []
     tables = {}
     for names, rows in used.items():
-        table = _read_table("\n".join([",".join(names), *rows]).encode())
+        table = _named(_read_table("\n".join([",".join(names), *rows]).encode()), stem)
         meta = replace(table.meta, notes=(*notes, *table.meta.notes))
         tables[f"rows of {names[-1]}" if len(used) > 1 else ""] = replace(table, meta=meta)
     if not tables:
@@ -122,13 +129,41 @@ def tokenized(raw: bytes) -> Content | None:
 
 
 def _listed_lines(raw: bytes) -> bytes:
-    """Return the objects of a list in JSON as lines, any other text as it is."""
-    if not raw.lstrip().startswith(b"["):
+    """Return the objects of a document of JSON as lines, any other text as it is.
+
+    They are a list, alone or within an object, or lists of one length by the names of columns.
+    """
+    if not raw.lstrip().startswith((b"[", b"{")):
         return raw
     try:
-        return b"\n".join(json.dumps(one).encode() for one in json.loads(raw))
+        document = json.loads(raw)
     except (ValueError, RecursionError):
         return raw
+    found = _find_objects(document)
+    return raw if found is None else b"\n".join(json.dumps(one).encode() for one in found)
+
+
+def _find_objects(document: Any) -> Sequence[Any] | None:  # noqa: ANN401  # what JSON holds
+    if isinstance(document, list):
+        return document
+    if not isinstance(document, dict):
+        return None
+    columns = {name: own for name, own in document.items() if isinstance(own, list)}
+    inner = [_find_objects(one) for one in document.values() if isinstance(one, dict)]
+    nested = [*columns.values(), *(one for one in inner if one is not None)]
+    objects = [own for own in nested if own and all(isinstance(one, dict) for one in own)]
+    if objects:
+        return max(objects, key=len)
+    if len(columns) < 2 or len({len(own) for own in columns.values()}) > 1:
+        return None
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+
+
+def _without_zeros(raw: bytes) -> bytes:
+    """Return a text of which blocks were never written, with a mark that makes torn lines there."""
+    if b"\0" not in raw or len(runs := _ZEROS.findall(raw)) > _FEW_BLOCKS * raw.count(b"\n"):
+        return raw
+    return _ZEROS.sub(b"?", raw) if runs else raw
 
 
 def _check_no_result(raw: bytes) -> None:
@@ -140,7 +175,7 @@ def _check_no_result(raw: bytes) -> None:
 
 def _to_utf8(raw: bytes) -> bytes:
     if not raw.startswith(_UTF_16_MARKS):
-        return raw
+        return raw.replace(_MINUS, b"-") if _MINUS in raw else raw
     try:
         return raw.decode("utf-16").encode()
     except UnicodeDecodeError as error:
@@ -185,6 +220,13 @@ def make_table(raw: bytes, layout: Layout, meta: Metadata) -> Table:
     return replace(table_of_rows(raw, layout), meta=replace(meta, notes=tuple(notes)), whole=whole)
 
 
+def _named(table: Table, stem: str) -> Table:
+    """Return the table with names by that of its file, or by its values, without torn lines too."""
+    whole = table.whole
+    named = named_by_values(_name_by_file(table, stem))
+    return named if whole is None else replace(named, whole=lambda: _named(whole(), stem))
+
+
 def _name_by_file(table: Table, stem: str) -> Table:
     """Return the table with x, y, z named after the sensor that the file is named after."""
     parsed_names = [parse_name(name) for name in table.names or ()]
@@ -226,7 +268,7 @@ def read_folder(folder: Path) -> Content:
     tables = {}
     for file in find_sensor_files(folder):
         try:
-            table = _name_by_file(_read_table(_to_utf8(file.read_bytes())), file.stem)
+            table = _named(_read_table(_to_utf8(file.read_bytes())), file.stem)
         except LogError as error:
             raise error.with_context(f"{file.name}: ") from None
         tables[file.stem] = replace(table, meta=replace(table.meta, sensor=file.stem))

@@ -11,6 +11,8 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final, TypeAlias
 
+from zerorate.io.clocks.names import UNIT_SPELLINGS
+from zerorate.record.names import KIND_OF_UNIT, canonical_spelling, is_unit, meaning_of
 from zerorate.record.words import parse_name
 
 Tokens: TypeAlias = dict[str, str]
@@ -18,10 +20,24 @@ Tokens: TypeAlias = dict[str, str]
 
 _NUMBER: Final = r"(?:[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|NaN|inf)\b)"
 _NAME: Final = r"[A-Za-z_][\w.\[\]/-]*"
+_UNIT: Final = r"[A-Za-zµ°℃][\w/^²°]*"
 _PIECE: Final = re.compile(
-    rf"(?:({_NAME})[ \t]*[:=][ \t]*)?(?<![\w.])({_NUMBER})(?![\d.])|({_NAME})"
+    rf"(?:({_NAME})[ \t]*[:=][ \t]*)?(?<![\w.])({_NUMBER})(?![\d.])"
+    rf"(?:[ \t]*({_UNIT})(?![\w/^²°]*[ \t]*[:=]))?|({_NAME})"
 )
+_OPENED: Final = re.compile(rf"(?<=\w)\[(?=\s*{_NUMBER}\s*[,;\s])")
+_MARKS: Final = re.compile(r"['\"{}]|(?<!\w)[\[(](?=[-+\s.]*\d)")
 _PAIR: Final = re.compile(rf"({_NAME})[ \t]*[:=][ \t]*({_NUMBER})")
+_VECTOR: Final = re.compile(
+    rf"({_NAME})[ \t]*[:=][ \t(\[]*{_NUMBER}(?:[,;\s]+{_NUMBER}){{2}}(?![,;\s]*[-+.\d])"
+)
+_STAMP: Final = re.compile(
+    r"\W{0,3}(?:(\d{4}[-/]\d\d[-/]\d\d)[T ]|\d\d-\d\d |[A-Z][a-z]{2} +\d+ )?"
+    r"(\d{1,2}:\d\d:\d\d(?:[.,]\d+)?)Z?\W"
+)
+"""What a console writes before a line: a date, of which the year may lack, and a time of day."""
+SERIAL_STAMP: Final = re.compile(r"(?m)^\[?(\d{1,2}:\d\d:\d\d[.,]?\d*)(?: -> |\]:? *)")
+"""What a serial monitor writes before a line."""
 _ESP: Final = re.compile(r"(?:\x1b\[[\d;]*m)?[EWIDV] \((\d+)\) [^:]*: ?")
 _ZEPHYR: Final = re.compile(r"\[(\d+):(\d\d):(\d\d)[.,](\d{3})(?:,(\d{3}))?\] <\w+> [\w.]+: ?")
 _WORD: Final = r"(?:[^\s,=\\]|\\.)+"
@@ -76,7 +92,8 @@ class Tokenizer:
             return None
         indent, name, value = len(found[1]), found[2], found[3].strip("'\" ")
         self._path = [one for one in self._path if one[0] < indent] + [(indent, name)]
-        path = "_".join(step for _, step in self._path)
+        steps = [step for _, step in self._path]
+        path = "_".join(steps[1:] if steps[0] == "vector" and len(steps) > 1 else steps)
         unit = _DECLARED.get(self._path[0][1]) if len(self._path) == 2 else None
         if re.fullmatch(_NUMBER, value):
             self._open[f"{path}_{unit}" if unit else path] = value
@@ -108,7 +125,11 @@ def _is_of(kind: str, line: str) -> bool:
         return line.lstrip().startswith(("(", "[")) and all(map(_is_number, cells)) and any(cells)
     if len(line) > _LONGEST:
         return False
-    return len(_PAIR.findall(line)) > 1 or bool(_ESP.match(line) or _ZEPHYR.match(line))
+    if _ESP.match(line) or _ZEPHYR.match(line):
+        return True
+    line = _without_marks(line)
+    vectors = (parse_name(f"{name} x").kind for name in _VECTOR.findall(line))
+    return len(_PAIR.findall(line)) > 1 or any(vectors)
 
 
 def _is_number(cell: str) -> bool:
@@ -116,17 +137,21 @@ def _is_number(cell: str) -> bool:
 
 
 def _of_json(line: str) -> Tokens | None:
+    text = line.strip().rstrip(",")
     try:
-        found = json.loads(line.strip().rstrip(","))
+        # What Python prints of a dict has other quotes.
+        found = json.loads(text.replace("'", '"') if text.startswith("{'") else text)
     except (ValueError, RecursionError):
         return None
     if not isinstance(found, dict):
         return None
     cells = dict(_flat(found, ""))
     label = next((v for k, v in cells.items() if k and parse_name(f"{v} x").kind), None)
-    if label is None:
-        return cells
-    # A row of one sensor of several, whose word names its axes.
+    return cells if label is None else _of_sensor(label, cells)
+
+
+def _of_sensor(label: str, cells: Tokens) -> Tokens:
+    """Return the cells of a row of one sensor of several, whose word names its axes."""
     bare = {k: parse_name(k) for k in cells}
     return {
         (f"{label}_{_AXES[own.axis]}" if own.kind == "" and own.axis is not None else k): cells[k]
@@ -153,33 +178,96 @@ def _of_influx(line: str) -> Tokens | None:
         return None
     pairs = (field.split("=", 1) for field in found[1].split(","))
     cells = {name: value.removesuffix("i").removesuffix("u") for name, value in pairs}
-    return {**({"timestamp_ns": found[2]} if found[2] else {}), **cells}
+    measurement = re.split(r"[, ]", line.strip(), maxsplit=1)[0]
+    cells = {**({"timestamp": found[2]} if found[2] else {}), **cells}
+    return _of_sensor(measurement, cells) if parse_name(f"{measurement} x").kind else cells
+
+
+class _Group:
+    """Numbers behind a name, or behind the word of a sensor, and their unit."""
+
+    def __init__(self, name: str, sensor: str) -> None:
+        self.name, self.sensor = name, sensor
+        self.values: list[str] = []
+        self.unit = ""
+
+    @property
+    def is_axis(self) -> bool:
+        """Whether the name is that of an axis alone."""
+        return parse_name(self.name).kind == ""
+
+    def cells(self, count: int) -> Iterator[tuple[str, str]]:
+        """Yield names and numbers, ``count`` cells standing before them."""
+        unit = f" [{self.unit}]" if self.unit else ""
+        word = self.name or self.sensor
+        if len(self.values) == len(_AXES) and parse_name(f"{word} x").kind:
+            yield from ((f"{word}_{a}{unit}", v) for a, v in zip(_AXES, self.values, strict=True))
+            return
+        name = f"{self.sensor}_{self.name}" if self.sensor and self.is_axis else self.name
+        for i, value in enumerate(self.values):
+            yield (f"{name}{unit}" if name and i == 0 else f"column_{count + i}"), value
 
 
 def _of_console(line: str) -> Tokens | None:
     """Return the numbers of a line by their names, each after the word of a sensor before it."""
-    cells: Tokens = {}
     if len(line) > _LONGEST:
         return None
+    cells, line = _stamp_of(line)
+    stamped = bool(cells)
+    groups: list[_Group] = []
+    sensor = ""
+    for name, value, unit, word in _PIECE.findall(_without_marks(line)):
+        if value and (name or not groups or not (groups[-1].name or groups[-1].sensor)):
+            groups.append(_Group(name, sensor))
+        if value:
+            groups[-1].values.append(value)
+        if unit and _is_unit(unit):
+            groups[-1].unit = unit
+            groups[-1].name = groups[-1].name or ("time" if unit in UNIT_SPELLINGS else "")
+            _tell_sensor(groups, unit)
+        elif word or unit:
+            sensor = (word or unit) if parse_name(f"{word or unit} x").kind else ""
+            groups.append(_Group("", sensor))
+    named = 0
+    for group in groups:
+        if stamped and not named and not group.name:
+            continue  # the number of a process
+        for key, value in group.cells(len(cells)):
+            named += not key.startswith("column_")
+            if key in cells:
+                return None
+            cells[key] = value
+    return cells if named > 1 or (named and any(map(meaning_of, cells))) else None
+
+
+def _without_marks(line: str) -> str:
+    """Return a line without quotes and the brackets around numbers."""
+    return _MARKS.sub(" ", _OPENED.sub(": ", line))
+
+
+def _is_unit(text: str) -> bool:
+    return is_unit(text) or text in UNIT_SPELLINGS
+
+
+def _tell_sensor(groups: Sequence[_Group], unit: str) -> None:
+    """Give axes without the word of a sensor that of their unit: ``X: 0, Y: 0, Z: 1 rad/s``."""
+    kind = KIND_OF_UNIT.get(canonical_spelling(unit), "")
+    for group in reversed(groups):
+        if not group.name or not group.is_axis or group.sensor:
+            return
+        group.sensor = kind
+
+
+def _stamp_of(line: str) -> tuple[Tokens, str]:
+    """Return the time that a console writes before a line, none where it does not, and the rest."""
     if (esp := _ESP.match(line)) is not None:
-        cells["time_ms"], line = esp[1], line[esp.end() :]
-    elif (zephyr := _ZEPHYR.match(line)) is not None:
+        return {"time_ms": esp[1]}, line[esp.end() :]
+    if (zephyr := _ZEPHYR.match(line)) is not None:
         hours, minutes, seconds, milli, micro = (int(part or 0) for part in zephyr.groups())
         whole = (hours * 60 + minutes) * 60 + seconds
-        cells["time_us"] = str(whole * 1_000_000 + milli * 1000 + micro)
-        line = line[zephyr.end() :]
-    sensor = ""
-    named = 0
-    for name, value, word in _PIECE.findall(line):
-        if word:
-            sensor = word if parse_name(f"{word} x").kind else ""
-            continue
-        if name:
-            named += 1
-            key = f"{sensor}_{name}" if sensor and parse_name(name).kind == "" else name
-        else:
-            key = f"column_{len(cells)}"
-        if key in cells:
-            return None
-        cells[key] = value
-    return cells if named > 1 else None
+        microseconds = str(whole * 1_000_000 + milli * 1000 + micro)
+        return {"time_us": microseconds}, line[zephyr.end() :]
+    if (stamp := _STAMP.match(line)) is not None:
+        date = f"{stamp[1].replace('/', '-')}T" if stamp[1] else ""
+        return {"time": date + stamp[2].replace(",", ".")}, line[stamp.end() :]
+    return {}, line

@@ -143,6 +143,6 @@ def _add_path(path: Path, matched: MatchedFiles) -> None:
         if path.is_file() or (path.is_dir() and _is_bag(path)):
             matched.files.add(path)
         elif not path.is_dir():
-            matched.failed[path] = "a link to nothing" if path.is_symlink() else "no regular file"
+            matched.failed[path] = "no regular file" if path.exists() else "a link to nothing"
     except OSError as error:
         matched.failed[path] = error.strerror or str(error)

@@ -28,6 +28,7 @@ from zerorate.options import StreamOptions, check_options
 from zerorate.record import LogError, atomic_path
 from zerorate.record.log import check_rate
 from zerorate.record.names import canonical_unit
+from zerorate.record.regular import read_regular
 from zerorate.record.span import Span
 from zerorate.tasks.batch.characterising import ALLAN
 from zerorate.tasks.batch.command import Command, Row
@@ -260,7 +261,7 @@ class Record:
     def read(cls, path: Path, output: Path) -> Self | None:
         """Return the record of an output if both are there and belong together."""
         try:
-            fields = json.loads(path.read_bytes())
+            fields = json.loads(read_regular(path))
             listed = {
                 "rows": tuple(fields["rows"]),
                 "notes": tuple(map(unpack_text, fields["notes"])),

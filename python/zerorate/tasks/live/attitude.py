@@ -14,7 +14,6 @@ from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.io.clocks.causal import Step
 from zerorate.io.clocks.units import check_time_unit
 from zerorate.io.counts import Scale, Scaling
-from zerorate.io.triads import find_sensor_columns
 from zerorate.record.names import Meaning, canonical_unit, meaning_of
 from zerorate.tasks.live.checkpoint import (
     check_count,
@@ -27,6 +26,7 @@ from zerorate.tasks.live.lines import (
     ColumnError,
     Layout,
     LineError,
+    columns_of_sensor,
     format_numbers,
     header_names,
     position_of,
@@ -465,7 +465,7 @@ def _read_first_line(
 
 def _find_sensors(names: Sequence[str]) -> list[int]:
     """Return the columns of one sensor of each kind, in the order x, y, z."""
-    kinds = [find_sensor_columns(names, kind) for kind in ("gyro", "accel", "mag")]
+    kinds = [columns_of_sensor(names, kind) for kind in ("gyro", "accel", "mag")]
     return [column for columns in kinds if len(columns) == 3 for column in columns]
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import DriftFilter
-from zerorate.faults import keyword_argument, make_sentence
+from zerorate.faults import keyword_argument, make_sentence, sentence_of
 from zerorate.io.clocks.iso8601 import is_date
 from zerorate.io.clocks.names import has_time_name
 from zerorate.io.readers.cells import make_inert, parse_number, undo_inert
@@ -192,7 +192,15 @@ def header_names(
 
 
 def _find_gyros(names: Sequence[str]) -> list[int]:
-    return list(find_sensor_columns(names, "gyro"))
+    return list(columns_of_sensor(names, "gyro"))
+
+
+def columns_of_sensor(names: Sequence[str], kind: str) -> tuple[int, ...]:
+    """Return the columns of the one sensor of a kind; ColumnError if several devices have one."""
+    try:
+        return find_sensor_columns(names, kind)
+    except LogError as error:
+        raise ColumnError(sentence_of(error)) from None
 
 
 def _describe_no_channel(names: Sequence[str] | None) -> str:

@@ -1,13 +1,15 @@
 """A stream that is served: where its lines come from, the loop, and its checkpoints on disk."""
 
-import ipaddress
+import os
+import re
 import socket
-from collections.abc import Callable, Iterable, Iterator
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO, Final, TypeAlias
+from typing import BinaryIO, Final, TypeAlias
 
 from zerorate.faults import make_sentence, sentence_of
 from zerorate.io.packets import Damage, PacketProtocol
@@ -15,11 +17,14 @@ from zerorate.record import atomic_path
 from zerorate.record.atomic import remove_leftovers
 from zerorate.tasks.interrupts import Interrupts
 from zerorate.tasks.live.lines import ColumnError, LineError
+from zerorate.tasks.live.listeners import CUT, Access
 from zerorate.tasks.live.stream import LineStream
 from zerorate.tasks.live.view import Watcher
 
 _MAX_WARNINGS: Final = 10
 _MAX_LINE_BYTES: Final = 1 << 16
+_COMPARED_LINES: Final = 8
+"""Lines before the last one, by which it shows that it is cut."""
 
 Line: TypeAlias = tuple[str | Damage, Callable[[str], None]]
 """A line, or bytes that should have been a packet; and what sends its answer."""
@@ -28,8 +33,24 @@ Line: TypeAlias = tuple[str | Damage, Callable[[str], None]]
 def lines_of(source: BinaryIO, answers: BinaryIO, interrupts: Interrupts) -> Iterator[Line]:
     """Yield each line as soon as it is complete, with a function that writes its answer."""
     reply = _make_reply(answers)
+    before: deque[int] = deque(maxlen=_COMPARED_LINES)
     while raw := interrupts.wait(lambda: _read_line(source)):
+        decimals = _decimals(raw)
+        if not raw.endswith(b"\n") and _is_cut(decimals, before):
+            raw += CUT
+        before.append(decimals)
         yield _decode_line(raw), reply
+
+
+def _decimals(line: bytes) -> int:
+    """Return how many digits stand behind the last decimal point of a line, -1 without one."""
+    _, point, digits = re.split(rb"[,;\s]", line.strip())[-1].rpartition(b".")
+    return len(digits) if point else -1
+
+
+def _is_cut(decimals: int, before: Sequence[int]) -> bool:
+    """Return True for a last line with fewer decimals than all lines before it, as logs have it."""
+    return len(before) == _COMPARED_LINES and len({*before}) == 1 and decimals < before[0]
 
 
 def packets_of(
@@ -42,6 +63,8 @@ def packets_of(
     while raw := interrupts.wait(lambda: source.read1(_MAX_LINE_BYTES)):  # type: ignore[attr-defined]
         for row in decoder.feed(raw):
             yield row if isinstance(row, Damage) else ",".join(map(str, row)), reply
+    for row in decoder.finish():
+        yield row if isinstance(row, Damage) else ",".join(map(str, row)), reply
 
 
 def _make_reply(answers: BinaryIO) -> Callable[[str], None]:
@@ -52,10 +75,12 @@ def _make_reply(answers: BinaryIO) -> Callable[[str], None]:
     return reply
 
 
-def datagrams(port: socket.socket, interrupts: Interrupts) -> Iterator[Line]:
-    """Yield each datagram as a line, with a function that sends its answer back."""
+def datagrams(port: socket.socket, interrupts: Interrupts, access: Access) -> Iterator[Line]:
+    """Yield each datagram of those who may send as a line, with a function that answers it."""
     while True:
         raw, sender = interrupts.wait(lambda: port.recvfrom(_MAX_LINE_BYTES))
+        if not access.admits_peer(sender[0]):
+            continue
 
         def reply(answer: str, sender: tuple[str, int] = sender) -> None:
             # A sender that is gone is no fault of the stream: datagrams may be lost.
@@ -65,47 +90,13 @@ def datagrams(port: socket.socket, interrupts: Interrupts) -> Iterator[Line]:
         yield _decode_line(raw), reply
 
 
-def bind_loopback(address: str) -> socket.socket:
-    """Return a socket bound to ``HOST:PORT`` of this machine alone; port 0 is any free one.
-
-    Raises
-    ------
-    ValueError
-        If the text is no such address, is open to other machines, not known, or in use.
-    """
-    host, _, number = address.rpartition(":")
-    if not host or not number.isdecimal() or int(number) > 65535:
-        raise ValueError(f"--udp takes HOST:PORT such as 127.0.0.1:5005, got '{address}'")
-    try:
-        addresses = socket.getaddrinfo(host.strip("[]"), int(number), type=socket.SOCK_DGRAM)
-        return _bind_socket(*addresses[0])
-    except OSError as error:
-        raise ValueError(f"--udp cannot use {address}: {error.strerror}") from None
-
-
-def _bind_socket(
-    family: int, kind: int, _protocol: int, _name: str, address: tuple[Any, ...]
-) -> socket.socket:
-    # Datagrams are taken from whoever sends them, so from this machine alone.
-    if not ipaddress.ip_address(address[0]).is_loopback:
-        raise ValueError(f"--udp takes an address of this machine alone, got '{address[0]}'")
-    port = socket.socket(family, kind)
-    try:
-        port.bind(address)
-    except OSError:
-        port.close()
-        raise
-    return port
-
-
 def _read_line(source: BinaryIO) -> bytes:
     raw = source.readline(_MAX_LINE_BYTES)
     if len(raw) < _MAX_LINE_BYTES or raw.endswith(b"\n"):
         return raw
     while (rest := source.readline(_MAX_LINE_BYTES)) and not rest.endswith(b"\n"):
         pass
-    # Cut short it could pass for a number.
-    return raw[:80] + b"..."
+    return raw[:80] + CUT
 
 
 def _decode_line(raw: bytes) -> str:
@@ -136,6 +127,8 @@ class Saver:
         self._next: int | None = None
         self._failing = False
         self._thread = ThreadPoolExecutor(1)
+        # Kept for the checkpoint, whatever else has taken all others.
+        self._descriptor = os.open(os.devnull, os.O_RDONLY)
         self._job: Future[None] | None = None
 
     def after_answer(self, stream: LineStream) -> None:
@@ -158,8 +151,12 @@ class Saver:
             self._write(stream.to_bytes())
 
     def _write(self, raw: bytes) -> None:
-        with atomic_path(self._path, force=True) as temporary:
-            temporary.write_bytes(raw)
+        os.close(self._descriptor)
+        try:
+            with atomic_path(self._path, force=True) as temporary:
+                temporary.write_bytes(raw)
+        finally:
+            self._descriptor = os.open(os.devnull, os.O_RDONLY)
 
     def _check_last_job(self) -> None:
         error = None if self._job is None else self._job.exception()

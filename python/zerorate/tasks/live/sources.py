@@ -4,26 +4,36 @@ from __future__ import annotations
 
 import asyncio
 import io
-import queue
 import socket
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass, field
+from http import HTTPStatus
 from importlib.util import find_spec
 from typing import Any, BinaryIO, Final, TypeAlias
 
 from zerorate.io.packets import PacketProtocol
+from zerorate.tasks.live.listeners import (
+    CUT,
+    Access,
+    BoundedHandler,
+    BoundedServer,
+    ByteQueue,
+    parse_host_port,
+)
 from zerorate.texts import describe_missing_extra
 
 _READ_BYTES: Final = 1 << 16
 _MAX_PUSH_BYTES: Final = 1 << 22
-"""Bytes that one push may have: some seconds of all sensors."""
+"""Bytes that one push or one message may have: some seconds of all sensors."""
+_MAX_LENGTH_DIGITS: Final = 12
 _TIMEOUT_S: Final = 30.0
 """How long a connection or a device is waited for."""
+_CLOSING_S: Final = 0.3
+"""How long the other side is waited for when the stream ends."""
 _DEFAULT_BAUD: Final = 115200
-_MAX_QUEUED: Final = 1 << 12
-"""Largest number of waiting messages; a source faster than the filter is held up or refused."""
+_MAX_BAUD_DIGITS: Final = 9
 
 _Read: TypeAlias = Callable[[], bytes]
 """Returns the next bytes, none at the end."""
@@ -33,35 +43,99 @@ class AddressError(ValueError):
     """The text is no address of a source."""
 
 
+@dataclass
+class Ending:
+    """How a source ended, and what it lost until then.
+
+    Attributes
+    ----------
+    reason : str
+        What ended it; empty as long as it has not.
+    torn : bool
+        True if a record, or the connection, was cut.
+    notices : list of callable
+        Each returns a sentence on what was lost, or none.
+    """
+
+    reason: str = ""
+    torn: bool = False
+    notices: list[Callable[[], str]] = field(default_factory=list)
+
+    def sentences(self) -> Iterator[str]:
+        """Yield what was lost, and how the source ended."""
+        yield from filter(None, (notice() for notice in self.notices))
+        if self.reason:
+            yield self.reason
+
+
+@dataclass(frozen=True)
+class SourceRequest:
+    """What is opened: the address behind its kind, packets or lines, who may send."""
+
+    target: str
+    protocol: PacketProtocol | None
+    access: Access
+    ending: Ending
+
+    @property
+    def has_lines(self) -> bool:
+        """True if a line's end ends a record."""
+        return self.protocol is None or self.protocol.lines
+
+    def whole(self, message: bytes) -> bytes:
+        """Return a message with a line's end, where lines are what is read."""
+        is_complete = message.endswith(b"\n") or not self.has_lines
+        return message if is_complete else message + b"\n"
+
+
 @dataclass(frozen=True)
 class SourceKind:
     """A kind of source: the form of its address, and its description."""
 
     address: str
     meaning: str
-    opener: Callable[[str, PacketProtocol | None], Any]
+    opener: Callable[[SourceRequest], Any]
 
 
 class _ByteReader(io.RawIOBase):
     """Pieces of any size as a file, from which lines and bytes are read in the same way."""
 
-    def __init__(self, read: _Read) -> None:
-        self._read, self._rest = read, b""
+    def __init__(self, read: _Read, request: SourceRequest) -> None:
+        self._read, self._request = read, request
+        self._rest, self._last, self._ended = b"", b"\n", False
 
     def readable(self) -> bool:
         return True
 
     def readinto(self, buffer: Any) -> int:  # noqa: ANN401
-        if not self._rest:
-            self._rest = self._read()
+        if not self._rest and not self._ended:
+            self._rest = self._read() or self._end()
         count = min(len(buffer), len(self._rest))
         buffer[:count], self._rest = self._rest[:count], self._rest[count:]
+        self._last = bytes(buffer[count - 1 : count]) or self._last
         return count
+
+    def _end(self) -> bytes:
+        """Return what marks a line that the end cuts."""
+        self._ended = True
+        if not self._request.has_lines or self._last == b"\n":
+            return b""
+        ending = self._request.ending
+        ending.torn = True
+        ending.reason = f"{ending.reason or 'the source ended'}, within a line"
+        return CUT + b"\n"
 
 
 @contextmanager
-def live_source(address: str, protocol: PacketProtocol | None) -> Iterator[BinaryIO]:
+def live_source(
+    address: str,
+    protocol: PacketProtocol | None,
+    access: Access = Access(),  # noqa: B008  # immutable
+    ending: Ending | None = None,
+) -> Iterator[BinaryIO]:
     """Open ``KIND:ADDRESS``, one of `SOURCES`, and give its bytes as a file.
+
+    ``ending`` is told how the source ends, and ``access`` says who may send to a listener.
 
     Raises
     ------
@@ -76,8 +150,9 @@ def live_source(address: str, protocol: PacketProtocol | None) -> Iterator[Binar
     if name not in SOURCES or not colon or not target:
         known = ", ".join(kind.address for kind in SOURCES.values())
         raise AddressError(f"takes one of {known}, got '{address}'")
-    with SOURCES[name].opener(target, protocol) as read:
-        yield io.BufferedReader(_ByteReader(read), _READ_BYTES)
+    request = SourceRequest(target, protocol, access, Ending() if ending is None else ending)
+    with SOURCES[name].opener(request) as read:
+        yield io.BufferedReader(_ByteReader(read, request), _READ_BYTES)
 
 
 def _check_installed(module: str, what: str) -> None:
@@ -85,154 +160,263 @@ def _check_installed(module: str, what: str) -> None:
         raise ImportError(describe_missing_extra(module, "live", what))
 
 
-def _end_line(message: bytes, protocol: PacketProtocol | None) -> bytes:
-    """Return a message with a line's end, if the source is read by lines."""
-    is_complete = message.endswith(b"\n") or not (protocol is None or protocol.lines)
-    return message if is_complete else message + b"\n"
+def _parse_address(target: str, kind: str) -> tuple[str, int]:
+    try:
+        return parse_host_port(target)
+    except ValueError:
+        raise AddressError(f"takes {SOURCES[kind].address}, got '{kind}:{target}'") from None
 
 
-def _parse_host_port(target: str, kind: str) -> tuple[str, int]:
-    host, _, port = target.rpartition(":")
-    if not host or not port.isdecimal() or not 0 <= int(port) <= 65535:
-        raise AddressError(f"takes {SOURCES[kind].address}, got '{kind}:{target}'")
-    return host.strip("[]"), int(port)
+def _until_fault(read: _Read, ending: Ending, closed: str) -> _Read:
+    """Return a function that reads until the other side closes, or a fault ends it."""
+
+    def read_on() -> bytes:
+        try:
+            piece = read()
+        except OSError as error:
+            ending.torn, piece = True, b""
+            ending.reason = f"torn: {error.strerror or error}"
+        else:
+            ending.reason = ending.reason or ("" if piece else closed)
+        return piece
+
+    return read_on
 
 
 @contextmanager
-def _open_serial(target: str, _protocol: PacketProtocol | None) -> Iterator[_Read]:
+def _open_serial(request: SourceRequest) -> Iterator[_Read]:
     _check_installed("serial", "a serial line")
     import serial
 
-    device, _, speed = target.partition("@")
-    if speed and not speed.isdecimal():
-        raise AddressError(f"takes {SOURCES['serial'].address}, got 'serial:{target}'")
-    with serial.Serial(device, int(speed or _DEFAULT_BAUD)) as port:
-        yield lambda: port.read(max(1, port.in_waiting))
+    device, _, speed = request.target.partition("@")
+    if speed and not (speed.isascii() and speed.isdecimal() and len(speed) <= _MAX_BAUD_DIGITS):
+        raise AddressError(f"takes {SOURCES['serial'].address}, got 'serial:{request.target}'")
+    try:
+        port = serial.Serial(device, int(speed or _DEFAULT_BAUD))
+    except (ValueError, OverflowError) as error:
+        raise AddressError(f"cannot use 'serial:{request.target}': {error}") from None
+    with port:
+        yield _until_fault(
+            lambda: port.read(max(1, port.in_waiting)), request.ending, "the device closed the line"
+        )
 
 
 @contextmanager
-def _open_tcp(target: str, _protocol: PacketProtocol | None) -> Iterator[_Read]:
-    with socket.create_connection(_parse_host_port(target, "tcp"), _TIMEOUT_S) as port:
+def _open_tcp(request: SourceRequest) -> Iterator[_Read]:
+    address = _parse_address(request.target, "tcp")
+    try:
+        port = socket.create_connection(address, _TIMEOUT_S)
+    except UnicodeError:
+        raise AddressError(f"'{address[0]}' is no name of a host") from None
+    with port:
         port.settimeout(None)
-        yield lambda: port.recv(_READ_BYTES)
+        yield _until_fault(lambda: port.recv(_READ_BYTES), request.ending, "closed by the server")
 
 
 @contextmanager
-def _open_udp(target: str, protocol: PacketProtocol | None) -> Iterator[_Read]:
-    host, number = _parse_host_port(target, "udp")
-    family, kind, _, _, local_address = socket.getaddrinfo(host, number, type=socket.SOCK_DGRAM)[0]
-    with socket.socket(family, kind) as port:
-        port.bind(local_address)
-        # A datagram without a byte is not the end.
-        yield lambda: _end_line(port.recv(_READ_BYTES), protocol) or b"\n"
-
-
-@contextmanager
-def _open_websocket(target: str, protocol: PacketProtocol | None) -> Iterator[_Read]:
-    _check_installed("websockets", "a WebSocket")
-    from websockets.exceptions import ConnectionClosed, WebSocketException
-    from websockets.sync.client import connect
+def _open_udp(request: SourceRequest) -> Iterator[_Read]:
+    foreign: list[str] = []
 
     def read() -> bytes:
-        try:
-            message = socket_.recv()
-        except ConnectionClosed:
-            return b""
-        return _end_line(message.encode() if isinstance(message, str) else message, protocol)
+        while True:
+            raw, sender = port.recvfrom(_READ_BYTES)
+            if request.access.admits_peer(sender[0]):
+                # A datagram without a byte is not the end.
+                return request.whole(raw) or b"\n"
+            foreign.append(sender[0])
+            del foreign[:-1]
 
-    try:
-        socket_ = connect(f"ws:{target}", open_timeout=_TIMEOUT_S, max_size=_MAX_PUSH_BYTES)
-    except WebSocketException as error:
-        raise OSError(f"ws:{target} is no WebSocket: {error}") from None
-    with socket_:
+    def notice() -> str:
+        return f"datagrams of others were left out, last of {foreign[-1]}" if foreign else ""
+
+    request.ending.notices.append(notice)
+    with bound_socket(*_parse_address(request.target, "udp"), request.access) as port:
         yield read
 
 
+def bound_socket(host: str, number: int, access: Access) -> socket.socket:
+    """Return a socket for datagrams; AddressError where `Access` refuses the address."""
+    try:
+        family, address = access.resolve(host, number, socket.SOCK_DGRAM)
+    except ValueError as error:
+        raise AddressError(str(error)) from None
+    port = socket.socket(family, socket.SOCK_DGRAM)
+    try:
+        port.bind(address)
+    except OSError:
+        port.close()
+        raise
+    return port
+
+
 @contextmanager
-def _open_http(target: str, protocol: PacketProtocol | None) -> Iterator[_Read]:
-    from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+def _open_websocket(request: SourceRequest) -> Iterator[_Read]:
+    _check_installed("websockets", "a WebSocket")
+    from websockets.exceptions import ConnectionClosed, ConnectionClosedOK, WebSocketException
+    from websockets.sync.client import connect
 
-    bodies: queue.Queue[bytes] = queue.Queue(_MAX_QUEUED)
+    address, ending = f"ws:{request.target}", request.ending
 
-    class Handler(BaseHTTPRequestHandler):
-        timeout = _TIMEOUT_S
+    def read() -> bytes:
+        try:
+            message = port.recv()
+        except ConnectionClosedOK:
+            ending.reason = "closed by the server"
+            return b""
+        except ConnectionClosed as error:
+            sent = error.sent
+            limited = sent is not None and sent.code == _MESSAGE_TOO_BIG
+            size = f"limit: a message has more than {_MAX_PUSH_BYTES} bytes"
+            ending.torn, ending.reason = True, size if limited else f"torn: {error}"
+            return b""
+        return request.whole(message.encode() if isinstance(message, str) else message)
 
+    with ExitStack() as opened:
+        try:
+            connection = connect(
+                address, open_timeout=_TIMEOUT_S, close_timeout=_CLOSING_S, max_size=_MAX_PUSH_BYTES
+            )
+            port = opened.enter_context(connection)
+        except (WebSocketException, UnicodeError, ValueError) as error:
+            raise OSError(f"{address} is no WebSocket: {error}") from None
+        # A server that is faster than the filter would not see that this side ends.
+        opened.callback(_hang_up, port.socket)
+        yield read
+
+
+def _hang_up(port: socket.socket) -> None:
+    with suppress(OSError):
+        port.shutdown(socket.SHUT_RDWR)
+
+
+_MESSAGE_TOO_BIG: Final = 1009
+
+
+@contextmanager
+def _open_http(request: SourceRequest) -> Iterator[_Read]:
+    bodies = ByteQueue()
+    torn: list[str] = []
+
+    class Handler(BoundedHandler):
         def do_POST(self) -> None:
-            length = self.headers.get("Content-Length", "")
-            if not length.isdecimal() or int(length) > _MAX_PUSH_BYTES:
-                self.send_error(413)
+            if not self.is_admitted():
                 return
-            bodies.put(_end_line(self.rfile.read(int(length)), protocol))
-            self.send_response(200)
+            length = self.headers.get("Content-Length", "")
+            is_number = length.isascii() and length.isdecimal()
+            if not is_number or len(length) > _MAX_LENGTH_DIGITS or int(length) > _MAX_PUSH_BYTES:
+                self.send_error(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
+                return
+            self._take(int(length))
+
+        def _take(self, length: int) -> None:
+            try:
+                body = _read_body(self.rfile, length)
+            except OSError:
+                return
+            if len(body) < length:
+                torn.append(f"a push had {len(body)} of its {length} bytes")
+                if body and request.has_lines:
+                    bodies.put(body.removesuffix(b"\n") + CUT + b"\n")
+                self.send_error(HTTPStatus.BAD_REQUEST)
+                return
+            if not bodies.put(request.whole(body) or b"\n"):
+                self.send_error(HTTPStatus.SERVICE_UNAVAILABLE)
+                return
+            self.send_response(HTTPStatus.OK)
             self.send_header("Content-Length", "0")
             self.end_headers()
 
-        def log_message(self, *_: object) -> None:
-            """Say nothing: stderr is for faults of the samples."""
+    request.ending.notices += [
+        lambda: _dropped(bodies, "pushes"),
+        lambda: f"{len(torn)} pushes came torn; the first: {torn[0]}" if torn else "",
+    ]
+    host, number = _parse_address(request.target, "http")
+    try:
+        server = BoundedServer(host, number, Handler, request.access)
+    except ValueError as error:
+        raise AddressError(str(error)) from None
+    server.begin()
+    try:
+        yield bodies.get
+    finally:
+        server.end()
 
-    with ThreadingHTTPServer(_parse_host_port(target, "http"), Handler) as server:
-        thread = threading.Thread(target=server.serve_forever, daemon=True)
-        thread.start()
+
+def _read_body(file: io.BufferedIOBase, length: int) -> bytes:
+    """Return the bytes of a body, fewer where the connection ends or waits too long."""
+    body = bytearray()
+    while len(body) < length:
         try:
-            yield lambda: bodies.get() or b"\n"
-        finally:
-            server.shutdown()
+            piece = file.read1(min(_READ_BYTES, length - len(body)))
+        except OSError:
+            break
+        if not piece:
+            break
+        body += piece
+    return bytes(body)
+
+
+def _dropped(pieces: ByteQueue, what: str) -> str:
+    count = pieces.dropped_count
+    return f"{count} {what} were dropped: the filter is slower than the source" if count else ""
 
 
 @contextmanager
-def _open_bluetooth(target: str, protocol: PacketProtocol | None) -> Iterator[_Read]:
+def _open_bluetooth(request: SourceRequest) -> Iterator[_Read]:
     _check_installed("bleak", "a Bluetooth device")
-    device, _, characteristic = target.partition("/")
+    device, _, characteristic = request.target.partition("/")
+    protocol = request.protocol
     characteristic = characteristic or (protocol.notify if protocol is not None else None) or ""
     if not characteristic:
-        raise AddressError(f"takes {SOURCES['ble'].address}, got 'ble:{target}'")
-    pieces: queue.Queue[bytes | Exception] = queue.Queue(_MAX_QUEUED)
+        raise AddressError(f"takes {SOURCES['ble'].address}, got 'ble:{request.target}'")
+    pieces, faults = ByteQueue(), list[Exception]()
     stopped = threading.Event()
-    work = threading.Thread(
-        target=lambda: _read_notifications(device, characteristic, pieces, stopped), daemon=True
-    )
-    work.start()
+    request.ending.notices.append(lambda: _dropped(pieces, "notices"))
+
+    def work() -> None:
+        try:
+            asyncio.run(_read_notifications(device, characteristic, pieces, stopped))
+        except Exception as error:
+            faults.append(error)
+        pieces.end()
+
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
 
     def read() -> bytes:
         piece = pieces.get()
-        if isinstance(piece, Exception):
-            raise OSError(f"ble:{target}: {piece}") from None
+        if not piece and faults:
+            raise OSError(f"ble:{request.target}: {faults[0]}") from None
+        request.ending.reason = "" if piece else "the device disconnected"
         return piece
 
     try:
         yield read
     finally:
         stopped.set()
-        work.join(_TIMEOUT_S)
+        thread.join(_CLOSING_S)
 
 
-def _read_notifications(
-    device: str,
-    characteristic: str,
-    pieces: queue.Queue[bytes | Exception],
-    stopped: threading.Event,
+async def _read_notifications(
+    device: str, characteristic: str, pieces: ByteQueue, stopped: threading.Event
 ) -> None:
-    """Put a device's notifications, nothing at its end, or the error that ends it."""
+    """Put what a device notifies, until it leaves or the stream ends."""
     from bleak import BleakClient
 
-    async def run() -> None:
-        disconnected = asyncio.Event()
-        loop = asyncio.get_running_loop()
+    disconnected = asyncio.Event()
+    loop = asyncio.get_running_loop()
 
-        def left(_: BleakClient) -> None:
-            loop.call_soon_threadsafe(disconnected.set)
+    def left(_: BleakClient) -> None:
+        loop.call_soon_threadsafe(disconnected.set)
 
-        client = BleakClient(device, disconnected_callback=left, timeout=_TIMEOUT_S)
-        async with client:
-            await client.start_notify(characteristic, lambda _, raw: pieces.put(bytes(raw)))
-            while not disconnected.is_set() and not stopped.is_set():
-                await asyncio.sleep(0.1)
+    def take(_: object, raw: bytearray) -> None:
+        pieces.put(bytes(raw))
 
-    try:
-        asyncio.run(run())
-        pieces.put(b"")
-    except Exception as error:
-        pieces.put(error)
+    client = BleakClient(device, disconnected_callback=left, timeout=_TIMEOUT_S)
+    async with client:
+        await client.start_notify(characteristic, take)
+        while not disconnected.is_set() and not stopped.is_set():
+            await asyncio.sleep(0.1)
 
 
 SOURCES: Final = {

@@ -4,7 +4,15 @@ import json
 from collections.abc import Iterator
 from typing import Final, Self
 
-from zerorate.io.readers.tokens import ECHO, PAIRS, TUPLES, Tokenizer, tokenizer_of
+from zerorate.io.readers.tokens import (
+    ECHO,
+    PAIRS,
+    SERIAL_STAMP,
+    TUPLES,
+    Tokenizer,
+    tokenizer_of,
+)
+from zerorate.record.names import looks_like_gyro, meaning_of
 from zerorate.tasks.live.array import ArraySettings
 from zerorate.tasks.live.attitude import AttitudeSettings
 from zerorate.tasks.live.checkpoint import (
@@ -128,19 +136,25 @@ class LineStream:
 
         Lines of names and numbers are read as those of a log; the first sample defines the names.
         """
+        line = SERIAL_STAMP.sub("", line)  # samples are 1/rate apart
         text = line.strip(" \t\r\n")
         if not self._looked:
             self._tokenizer, self._looked = tokenizer_of([line]), bool(text)
-        if self._tokenizer is None or not text:
+        if self._tokenizer is None:
             return split_cells(text)
+        if not text:
+            return None
         found = self._tokenizer.take(line)
         if found is None:
             return None if self._tokenizer.kind in (ECHO, PAIRS) else [text]
         names = self._engine.layout.names if self._engine is not None else None
+        sensors = {name for name in found if meaning_of(name)}
         if names is None and self._tokenizer.kind != TUPLES:
+            if sensors and not any(map(looks_like_gyro, sensors)):
+                return None  # a line of another sensor
             names = self._names = tuple(found)
         if names is not None and tuple(found) != tuple(names):
-            return None if set(found).isdisjoint(names) else [*found.values(), ""]
+            return None if sensors.isdisjoint(names) else [*found.values(), ""]
         return [*found.values()]
 
     def take_damaged(self) -> str:

@@ -16,14 +16,16 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 ///
 /// The live form of `FootNavigation`: the same filter, stances as valleys of the same speed bound, seen
 /// from the 1.5 s before, and the rates that it learns from rests. The outputs are those of the
-/// sample ``delay`` seconds ago, about 0.05 s, or 0.1 s with a range, since the bound needs samples
-/// on both sides. The frame is that of the start: x level along the sensor's first axis, y to the
-/// left, z up. A start at rest is repeated with each better rest, a start in motion with each lower
-/// bound of the first second.
+/// sample ``delay`` seconds ago, about 0.05 s, or 0.1 s with a stated range, since the bound needs
+/// samples on both sides. The frame is that of the start: x level along the sensor's first axis, y to
+/// the left, z up. A start at rest is repeated with each better rest, another start in the deepest
+/// valley of the bound in 1.5 s. There is no output before a rest has lasted half a second or that
+/// valley has ended.
 ///
 /// A sample that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the last one replaces it
 /// for a tenth of a second, then the standard deviations grow. Give NaN for lost samples, since
-/// time is counted in samples. One object serves one thread at a time.
+/// time is counted in samples. After a restart, as when too many samples are missing, ``position``
+/// is NaN until the filter has started again. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -32,8 +34,9 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 /// floor : {None, "level"}
 ///     "level": a stance within 0.1 m of the last height has that height.
 /// gyro_range : float, optional
-///     Range of the gyro by its data sheet, rad/s: faster rates are restored from their flanks, as
-///     far as these arrive within ``delay``, and trusted less.
+///     Range of the gyro by its data sheet, rad/s; by default it is found from the samples to date,
+///     where the flanks of peaks exceed them. Faster rates are restored from their flanks, as far as
+///     these arrive within ``delay``, and trusted less.
 /// channels : int, optional
 ///     Feet side by side; ``None`` is a single one.
 ///
@@ -185,6 +188,11 @@ getters! { FootFilter, slf, py, this;
     fastest: Object<'py> = this.shared.each(py, Core::fastest)?;
     /// Moments of stances that the filter did not believe since it began.
     rejection_count: Object<'py> = this.shared.each(py, Core::rejections)?;
+    /// The share of the time of the last six swings that passes for a foot's, 0 to 1; NaN before there are
+    /// as many. Below 0.5 it is on no foot: a wrist, a hand or a pocket.
+    foot_share: Object<'py> = this.shared.each(py, Core::foot_share)?;
+    /// How often its level was wrong, and it began again where it was, with the heading hardly known.
+    relevel_count: Object<'py> = this.shared.each(py, Core::relevelled)?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
     /// Delay of the outputs behind the last sample, s.

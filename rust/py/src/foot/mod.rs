@@ -8,7 +8,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use zerorate_core::memory;
 use zerorate_core::navigation::Record;
-use zerorate_core::navigation::foot::{Clipped, Feet, Plan, Trodden, Walk, restore_clipped};
+use zerorate_core::navigation::foot::{
+    Clipped, Feet, Plan, Stand, Swing, Trodden, Walk, go_back, restore_clipped,
+};
 
 pub use self::live::FootFilter;
 use crate::common::arrays;
@@ -90,7 +92,11 @@ fn limits(sides: &[Clipped]) -> Vec<Limit> {
 ///     By name the state after each sample, metres ahead, right and down of the start; ``bound``,
 ///     m/s, (n,); ``stances``, (s, 3), first, past the last and lowest sample; ``rests``, (r, 2);
 ///     ``rest_rates``, (r, 4), rate and its deviation, rad/s; ``clipped`` as of ``restore_clipped_rates``;
-///     ``rejections``. And the record, or None.
+///     ``rejections`` and ``relevelled``, counts; ``swings``, (m, 10): samples of the node before and of
+///     that after, seconds, largest rate, rad/s, bound of the stances over that of the swing, angle between
+///     the verticals and between force and vertical, rad, distance, m, vertical velocity taken away, m/s,
+///     with its deviation; ``every``, samples between two nodes; ``begin``, the sample at which the filter begins and the first known one before
+///     it; ``lead_gyro`` and ``lead_accel``, the samples of these. And the record, or None.
 ///
 /// Raises
 /// ------
@@ -119,7 +125,7 @@ pub fn foot_track<'py>(
     let numbers = SAMPLE.iter().map(|(_, size)| arrays::zeros(py, &[n, *size]));
     let numbers = numbers.collect::<PyResult<Vec<Bound<'py, PyArrayDyn<f64>>>>>()?;
     let mut steps = Record::default();
-    let rejections = {
+    let (counts, swings) = {
         let mut open: Vec<_> = numbers.iter().map(|array| array.readwrite()).collect();
         let [position, velocity, quaternion, gyro_bias, accel_bias, sigma] = &mut open[..] else {
             return Err(PyValueError::new_err("six arrays"));
@@ -133,8 +139,8 @@ pub fn foot_track<'py>(
             sigma: sigma.as_slice_mut()?.as_chunks_mut().0,
         };
         let began = match record {
-            true => Walk::begin(&plan, level, time[0], &mut steps),
-            false => Walk::begin(&plan, level, time[0], &mut ()),
+            true => Walk::begin(&plan, level, time[plan.begin.0], &mut steps),
+            false => Walk::begin(&plan, level, time[plan.begin.0], &mut ()),
         };
         let mut walk = began.map_err(NativeError::from)?;
         for first in (0..n).step_by(PIECE) {
@@ -146,16 +152,94 @@ pub fn foot_track<'py>(
             done.map_err(NativeError::from)?;
             py.check_signals()?;
         }
-        walk.rejections()
+        ([walk.rejections(), walk.relevelled()], rows_of(walk.swings()))
     };
     steps.validate().map_err(NativeError::from)?;
     let found = PyDict::new(py);
     for ((name, _), array) in SAMPLE.iter().zip(numbers) {
         found.set_item(*name, array)?;
     }
+    let lead = plan.begin.1..plan.begin.0 + 1;
+    for (name, values) in [("lead_gyro", &plan.gyro), ("lead_accel", &plan.accel)] {
+        let values = values[lead.clone()].as_flattened().to_vec();
+        found.set_item(name, arrays::array(py, values, &[lead.len(), 3])?)?;
+    }
     put_plan(&found, plan)?;
-    found.set_item("rejections", rejections)?;
+    found.set_item("rejections", counts[0])?;
+    found.set_item("relevelled", counts[1])?;
+    let count = swings.len() / 10;
+    found.set_item("swings", arrays::array(py, swings, &[count, 10])?)?;
     Ok((found, record.then_some(NavigationRecord { steps })))
+}
+
+/// Where a foot was before it stood: the strapdown, backwards.
+///
+/// Parameters
+/// ----------
+/// time : array_like, shape (n,)
+///     s, increasing; the foot stands at the last.
+/// gyro, accel : array_like, shape (n, 3)
+///     rad/s and m/s^2, finite.
+/// quaternion : array_like, shape (4,)
+///     Quaternion w, x, y, z at the last sample, from the sensor's axes to ahead, right, down.
+/// biases : array_like, shape (2, 3)
+///     Of gyro and accelerometer, rad/s and m/s^2.
+///
+/// Returns
+/// -------
+/// tuple
+///     Positions, m, velocities, m/s, both (n - 1, 3), and quaternions, (n - 1, 4), of all samples but the
+///     last; ahead, right and down of that.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Shapes do not fit.
+#[pyfunction]
+pub fn foot_lead<'py>(
+    time: &Bound<'py, PyAny>,
+    gyro: &Bound<'py, PyAny>,
+    accel: &Bound<'py, PyAny>,
+    quaternion: &Bound<'py, PyAny>,
+    biases: &Bound<'py, PyAny>,
+) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    let py = time.py();
+    let time = arrays::named("time", time, "(n,)", |found| found.len() == 1)?.values;
+    let n = time.len();
+    let expected = format!("({n}, 3)");
+    let fits = |found: &[usize]| found == [n, 3];
+    let gyro = arrays::named("gyro", gyro, &expected, fits)?.values;
+    let accel = arrays::named("accel", accel, &expected, fits)?.values;
+    let turn = arrays::named("quaternion", quaternion, "(4,)", |found| found == [4])?.values;
+    let biases = arrays::named("biases", biases, "(2, 3)", |found| found == [2, 3])?.values;
+    let stand = Stand::new([turn[0], turn[1], turn[2], turn[3]], biases.as_chunks().0);
+    let before = n.saturating_sub(1);
+    let zeros = |width: usize| memory::filled(0.0, width * before).map_err(NativeError::from);
+    let (mut positions, mut velocities, mut turns) = (zeros(3)?, zeros(3)?, zeros(4)?);
+    go_back(
+        &time,
+        [gyro.as_chunks().0, accel.as_chunks().0],
+        &stand,
+        |k, position, velocity, turn| {
+            positions[3 * k..3 * k + 3].copy_from_slice(&position);
+            velocities[3 * k..3 * k + 3].copy_from_slice(velocity.as_slice());
+            turns[4 * k..4 * k + 4].copy_from_slice(&turn);
+        },
+    );
+    let array = |values, width| arrays::array(py, values, &[before, width]);
+    Ok((
+        array(positions, 3)?.into_any(),
+        array(velocities, 3)?.into_any(),
+        array(turns, 4)?.into_any(),
+    ))
+}
+
+fn rows_of(swings: &[Swing]) -> Vec<f64> {
+    let row = |swing: &Swing| {
+        let Swing { samples: (first, last), seconds, turn, depth, tilt, lean, way, sink } = *swing;
+        [first as f64, last as f64, seconds, turn, depth, tilt, lean, way, sink[0], sink[1]]
+    };
+    swings.iter().flat_map(row).collect()
 }
 
 fn put_plan(found: &Bound<'_, PyDict>, plan: Plan) -> PyResult<()> {
@@ -169,6 +253,8 @@ fn put_plan(found: &Bound<'_, PyDict>, plan: Plan) -> PyResult<()> {
         rates.extend([one.rate.x, one.rate.y, one.rate.z, one.sigma]);
     }
     let n = plan.bound.len();
+    found.set_item("begin", plan.begin)?;
+    found.set_item("every", plan.every())?;
     found.set_item("bound", arrays::array(py, plan.bound, &[n])?)?;
     found.set_item("stances", arrays::array(py, stances, &[plan.stances.len(), 3])?)?;
     found.set_item(

@@ -3,14 +3,23 @@
 use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::{DEGREE, GRAVITY, MAX_GRAVITY_ERROR_M_S2};
+use super::walker::stance_noise;
+use super::{DEGREE, FORCE_S, GRAVITY, MAX_GRAVITY_ERROR_M_S2};
+#[cfg(feature = "std")]
+use crate::navigation::motion::rotation;
 
 /// Deviations before anything is measured: biases, rad/s and m/s²; level after a rest and without;
 /// velocity likewise.
 const GYRO_BIAS_SIGMA_RAD_S: f64 = 0.3 * DEGREE;
 const ACCEL_BIAS_SIGMA_M_S2: f64 = 0.1;
 const LEVEL_SIGMAS_RAD: [f64; 2] = [0.3 * DEGREE, 3.0 * DEGREE];
-const VELOCITY_SIGMAS_M_S: [f64; 2] = [0.01, 1.0];
+const MAX_LEVEL_SIGMA_RAD: f64 = 1.0;
+const VELOCITY_SIGMA_M_S: f64 = 0.01;
+/// Of an axis that is as good as vertical: the square of its level part.
+#[cfg(feature = "std")]
+const MIN_LEVEL_SHARE: f64 = 0.01;
+/// Of the heading at a rest, rad.
+const HEADING_SIGMA_RAD: f64 = 1e-6;
 
 /// Estimates of a gyro and an accelerometer at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -28,6 +37,7 @@ pub(super) struct Beginning {
     /// Deviations: velocity, level, and bias of the gyro.
     pub velocity: f64,
     pub level: f64,
+    pub heading: f64,
     pub gyro: f64,
     pub accel: f64,
 }
@@ -44,25 +54,47 @@ impl Beginning {
             attitude: levelled(force),
             gyro_bias: rate * share,
             accel_bias,
-            velocity: VELOCITY_SIGMAS_M_S[0],
+            velocity: VELOCITY_SIGMA_M_S,
             level: LEVEL_SIGMAS_RAD[0],
+            heading: HEADING_SIGMA_RAD,
             gyro: sigma * ComplexField::sqrt(share),
             accel: ACCEL_BIAS_SIGMA_M_S2,
         }
     }
 
-    /// Without a rest, where it moves least.
-    pub fn in_motion(force: &Vector3<f64>) -> Self {
+    /// Without a rest, in a valley of the bound with this mean force; the tilt is as uncertain as the
+    /// valley is shallow. Zero velocities are `seconds` apart.
+    pub fn in_valley(force: &Vector3<f64>, bound: f64, seconds: f64) -> Self {
         Self {
             attitude: levelled(force),
             gyro_bias: Vector3::zeros(),
             accel_bias: Vector3::zeros(),
-            velocity: VELOCITY_SIGMAS_M_S[1],
-            level: LEVEL_SIGMAS_RAD[1],
+            velocity: ComplexField::sqrt(stance_noise(bound, seconds)),
+            level: valley_level(bound),
+            heading: HEADING_SIGMA_RAD,
             gyro: GYRO_BIAS_SIGMA_RAD_S,
             accel: ACCEL_BIAS_SIGMA_M_S2,
         }
     }
+
+    /// Counts the heading from a sample so many seconds before, at which it was turned so.
+    #[cfg(feature = "std")]
+    pub fn head_from(&mut self, [w, x, y, z]: [f64; 4], seconds: f64) {
+        let heading = (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z));
+        self.attitude = rotation(&Vector3::new(0.0, 0.0, -heading)) * self.attitude;
+        // A tilt turns the heading of an axis that is not level.
+        let slope = 2.0 * (x * z - w * y);
+        let level = slope * slope / (1.0 - slope * slope).max(MIN_LEVEL_SHARE);
+        let heading = self.gyro * self.gyro * seconds * seconds + self.level * self.level * level;
+        self.heading = heading.sqrt().max(HEADING_SIGMA_RAD);
+    }
+}
+
+/// Standard deviation of a tilt by the force in a valley: the part of its bound that force can be, rad.
+pub(super) fn valley_level(bound: f64) -> f64 {
+    let tilt = bound / (FORCE_S * GRAVITY);
+    let tilt = if tilt < MAX_LEVEL_SIGMA_RAD { tilt } else { MAX_LEVEL_SIGMA_RAD };
+    if tilt > LEVEL_SIGMAS_RAD[1] { tilt } else { LEVEL_SIGMAS_RAD[1] }
 }
 
 /// True if a force may be gravity.

@@ -1,23 +1,14 @@
 //! Rates that a gyro clipped at its range: found in the recording, restored from their flanks.
 
 use super::cubic::{Cubic, MAX_RATE_RATIO, density};
-use super::{DEGREE, runs};
+use super::ranges::{
+    LIMIT_SHARE, MAX_RUN_S, MIN_EXCESS, MIN_FAST_RATE_RAD_S, MIN_LIMIT_RATIO, MIN_LIMIT_S,
+    NEAR_SHARE, RUN_SHARE,
+};
+use super::runs;
 use crate::error::Error;
 use crate::memory;
 
-/// A gyro that never turned so fast, rad/s, is not looked at.
-const MIN_FAST_RATE_RAD_S: f64 = 100.0 * DEGREE;
-/// Parts of the largest rate: of samples at the limit, of those below it, and of those restored.
-const LIMIT_SHARE: f64 = 0.96;
-const NEAR_SHARE: f64 = 0.88;
-const RUN_SHARE: f64 = 0.965;
-/// Seconds at the limit, and how many there must be of those below it.
-const MIN_LIMIT_S: f64 = 0.1;
-const MIN_LIMIT_RATIO: f64 = 0.5;
-/// Smallest mean excess over the limit that flanks must predict, as a part of it.
-const MIN_EXCESS: f64 = 0.015;
-/// A run that lasts longer, s, is no peak: no cubic knows what it was.
-const MAX_RUN_S: f64 = 0.5;
 /// Samples that a run needs on either side.
 const FLANK_SAMPLES: usize = 3;
 
@@ -112,7 +103,8 @@ fn restore_side(
 
 #[cfg(test)]
 mod tests {
-    use super::{DEGREE, restore_clipped};
+    use super::restore_clipped;
+    use crate::navigation::foot::DEGREE;
 
     /// Oscillations of 700 deg/s, half a second each, of which a gyro shows no more than its range.
     fn oscillations(range: f64) -> Vec<[f64; 3]> {

@@ -1,15 +1,16 @@
 //! A sensor on a foot while its samples arrive: a window of the speed bound late.
 
-use nalgebra::Vector3;
+use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::beginning::{AtRest, Beginning, is_gravity};
 use super::recent::{MAX_HALF, Recent};
 use super::still::{BLOCK_S, News, RestMean, Still};
+use super::swing::{Mark, Swings, turn_of};
 use super::walker::Walker;
 use super::{
-    GRAVITY, HALF_WINDOW_S, MAX_FIRST_REST_S, MIN_RATE_HZ, MIN_STANCE_INTERVAL_S, STEP_S,
-    may_stand, samples_in,
+    GRAVITY, HALF_WINDOW_S, MAX_FIRST_REST_S, MAX_VALLEY_RATIO, MAX_VALLEY_SPEED_M_S, MIN_RATE_HZ,
+    MIN_STANCE_INTERVAL_S, MIN_VALLEY_SPEED_M_S, STEP_S, may_stand, samples_in,
 };
 use crate::checkpoint::Checkpoint;
 use crate::error::{Error, check_positive, require};
@@ -24,8 +25,10 @@ const LOOK_BACK_S: f64 = 1.5;
 const ROW: usize = 16;
 const ROWS: usize = 7;
 const NODES: usize = ROW * ROWS;
-/// Without a rest it begins where it moves least in so many seconds.
-const START_WINDOW_S: f64 = 1.0;
+/// Without a rest it begins in a valley of so many seconds; nothing is reported before that has ended,
+/// at which the bound is so many times the valley's.
+const START_WINDOW_S: f64 = 1.5;
+const MIN_END_RATIO: f64 = 5.0;
 /// With a range, for so long rates that are clipped wait for their end, s.
 const MAX_CLIPPED_S: f64 = 0.05;
 /// Largest range of a gyro, rad/s.
@@ -85,8 +88,9 @@ pub struct FootFilter {
     /// The lowest bound of each of the last nodes, and of that under way.
     lows: [[f64; ROW]; ROWS],
     low: f64,
-    /// The lowest bound of the first second.
+    /// The bound of the valley in which it began, and true if that has ended.
     least: f64,
+    begun: bool,
     still: Still,
     /// True if it began in a rest.
     rested: bool,
@@ -95,6 +99,7 @@ pub struct FootFilter {
     standing: Standing,
     /// The largest rate about an axis to date, rad/s.
     fastest: f64,
+    swings: Swings,
 }
 
 impl Lengths {
@@ -139,6 +144,7 @@ impl FootFilter {
             lows: [[f64::INFINITY; ROW]; ROWS],
             low: f64::INFINITY,
             least: f64::INFINITY,
+            begun: false,
             still: Still::new(),
             rested: false,
             rest: None,
@@ -150,6 +156,7 @@ impl FootFilter {
                 count: 0,
             },
             fastest: 0.0,
+            swings: Swings::new(),
         })
     }
 
@@ -160,8 +167,9 @@ impl FootFilter {
             self.fastest = if rate > self.fastest { rate } else { self.fastest };
         }
         if self.begins(k) {
-            let force = self.recent.force(k, self.lengths.half);
-            self.begin(k, &Beginning::in_motion(&force));
+            let force = self.recent.force(k, 2 * self.lengths.half);
+            let seconds = self.lengths.every as f64 * self.lengths.dt;
+            self.begin(k, &Beginning::in_valley(&force, self.bound, seconds));
         } else {
             self.step(k);
         }
@@ -175,20 +183,35 @@ impl FootFilter {
         samples as f64 * self.lengths.dt
     }
 
-    /// True if it begins here, for nothing is known, or it moves less than at any sample of the first
-    /// second to date.
+    /// True if it begins here: nothing is known, or it moves less than at any sample before its first
+    /// valley had ended, or much less than in that.
     fn begins(&mut self, k: u64) -> bool {
-        let lower = self.bound < self.least && self.seconds(k) < START_WINDOW_S && !self.rested;
-        if lower {
-            self.least = self.bound;
+        if self.rested || self.bound == f64::INFINITY {
+            return false;
         }
-        lower || (self.walker.is_none() && self.bound < f64::INFINITY)
+        let early = self.seconds(k) < START_WINDOW_S;
+        let valley =
+            if self.bound > MIN_VALLEY_SPEED_M_S { self.bound } else { MIN_VALLEY_SPEED_M_S };
+        let deeper = match self.begun {
+            true => self.least > MAX_VALLEY_RATIO * valley,
+            false => self.bound < self.least,
+        };
+        if (early && deeper) || self.walker.is_none() {
+            self.least = self.bound;
+            return true;
+        }
+        let least =
+            if self.least > MIN_VALLEY_SPEED_M_S { self.least } else { MIN_VALLEY_SPEED_M_S };
+        let ended = self.bound > MIN_END_RATIO * least && self.least < MAX_VALLEY_SPEED_M_S;
+        self.begun |= ended || !early;
+        false
     }
 
     fn begin(&mut self, k: u64, from: &Beginning) {
         let slot = self.recent.slot(k);
         let first = [slot.gyro.into(), slot.accel.into()];
         self.walker = Walker::begin(from, self.seconds(k), first, &mut ()).ok();
+        self.swings.lose();
     }
 
     #[inline(always)]
@@ -205,6 +228,7 @@ impl FootFilter {
             // Times are counted: one after the other.
             let _ = walker.step(&sample, slot.variance, &mut ());
         }
+        self.swings.add(self.lengths.dt, turn_of(&self.recent.slot(k).gyro), self.bound);
     }
 
     fn find_static_intervals(&mut self, k: u64) {
@@ -219,7 +243,7 @@ impl FootFilter {
                 let size = found_rest.force.norm();
                 let force = if is_gravity(size) { size } else { self.known.force };
                 self.known = AtRest { gyro_bias: from.gyro_bias, force };
-                self.rested = true;
+                (self.rested, self.begun) = (true, true);
                 self.begin(k, &from);
             }
             News::Ended(found_rest) if !at_start => self.rest = Some(found_rest),
@@ -241,10 +265,13 @@ impl FootFilter {
         let rest = self.rest.take();
         let Some(walker) = self.walker.as_mut() else { return };
         if !walker.propagate(&mut ()) {
+            self.swings.lose();
             return;
         }
         let mut found: Errors = [0.0; STATES];
-        let stood = may && walker.stand(self.bound, seconds, &mut found);
+        let (recent, half) = (&self.recent, self.lengths.half);
+        let level = || recent.force(k, 2 * half);
+        let stood = may && walker.stand(self.bound, seconds, level, &mut found, &mut ());
         let floored = floors && walker.take_floor(&mut found);
         if let Some(found_rest) = &rest {
             walker.take_rest(&found_rest.rate, found_rest.sigma, &mut found);
@@ -253,6 +280,13 @@ impl FootFilter {
             walker.apply(&found, &mut ());
         }
         self.standing.stood = stood;
+        if !walker.filter.navigating {
+            self.swings.lose();
+            return;
+        }
+        let attitude = &walker.filter.motion.attitude;
+        let mark = || Mark::at(self.bound, attitude, &recent.force(k, half), walker.position());
+        self.swings.node(k, may.then(mark), walker.sink);
     }
 
     /// Notes a node that stands or not; whether the height of this stance is to be looked at: once,
@@ -293,14 +327,17 @@ impl FootFilter {
     /// The position: ahead, left and up of the start, m; NaN where it is not known.
     #[inline]
     pub fn position(&self) -> [f64; 3] {
-        self.walker.as_ref().map_or([f64::NAN; 3], |walker| flipped(walker.position()))
+        self.reported().map_or([f64::NAN; 3], |walker| flipped(walker.position()))
+    }
+
+    /// The filter, once the valley in which it began has ended.
+    fn reported(&self) -> Option<&Walker> {
+        self.walker.as_ref().filter(|_| self.begun)
     }
 
     /// Likewise, m/s.
     pub fn velocity(&self) -> [f64; 3] {
-        self.walker
-            .as_ref()
-            .map_or([f64::NAN; 3], |walker| flipped(walker.filter.snapshot().velocity))
+        self.reported().map_or([f64::NAN; 3], |walker| flipped(walker.filter.snapshot().velocity))
     }
 
     /// From the sensor's axes to ahead, left, up; scalar first.
@@ -322,7 +359,26 @@ impl FootFilter {
 
     /// Standard deviations of position, velocity, orientation and biases; NaN where nothing is known.
     pub fn sigma(&self) -> Errors {
-        self.walker.as_ref().map_or([f64::NAN; STATES], |walker| walker.filter.sigma)
+        let Some(walker) = self.reported() else { return [f64::NAN; STATES] };
+        let mut sigma = walker.filter.sigma;
+        // On a level floor stances take the height away, too.
+        if self.params.level {
+            return sigma;
+        }
+        let climb = self.swings.climb_variance(self.recent.has_clipped());
+        sigma[2] = ComplexField::sqrt(sigma[2] * sigma[2] + climb);
+        sigma
+    }
+
+    /// The share of the time of the last six swings that passes for a foot's; NaN before there are as
+    /// many.
+    pub fn foot_share(&self) -> f64 {
+        self.swings.share()
+    }
+
+    /// How often it was levelled again, after it had been wrong.
+    pub fn relevelled(&self) -> u64 {
+        self.walker.as_ref().map_or(0, |walker| walker.relevelled)
     }
 
     /// True if the foot stood at the last node.
@@ -394,7 +450,7 @@ impl Stream for FootFilter {
 
 impl Checkpoint for FootFilter {
     const TAG: &'static str = "foot";
-    const VERSION: u16 = 1;
+    const VERSION: u16 = 2;
 
     fn is_valid(&self) -> bool {
         let bound = |x: f64| is_size(x, MAX_BOUND) || x == f64::INFINITY;
@@ -416,6 +472,7 @@ impl Checkpoint for FootFilter {
                 && is_size(self.standing.lowest, MAX_BOUND)
                 && is_count(self.standing.count)
                 && is_size(self.fastest, 2.0 * MAX_RANGE)
+                && self.swings.is_valid()
         })
     }
 

@@ -14,24 +14,29 @@ mod bound;
 #[cfg(feature = "std")]
 mod clip;
 mod cubic;
+mod lead;
 mod live;
 #[cfg(feature = "std")]
 mod plan;
+mod ranges;
 mod recent;
 #[cfg(feature = "std")]
 mod static_intervals;
 mod still;
+mod swing;
 #[cfg(feature = "std")]
 mod walk;
 mod walker;
 
 #[cfg(feature = "std")]
 pub use clip::{Clipped, restore_clipped};
+pub use lead::{Stand, go_back};
 pub use live::{FootFilter, FootParams};
 #[cfg(feature = "std")]
 pub use plan::{Feet, Plan, Stance};
 #[cfg(feature = "std")]
 pub use static_intervals::StaticInterval;
+pub use swing::Swing;
 #[cfg(feature = "std")]
 pub use walk::{Trodden, Walk};
 
@@ -45,6 +50,9 @@ const MAX_GRAVITY_ERROR_M_S2: f64 = 0.3;
 const STEP_S: f64 = 0.02;
 /// Half a window of the bound, s.
 const HALF_WINDOW_S: f64 = 0.025;
+/// Half a window of the force that levels, s.
+#[cfg(feature = "std")]
+const HALF_LEVEL_S: f64 = 0.05;
 /// From the pivot to the sensor, m, and for how long a force lasts, s.
 const PIVOT_DISTANCE_M: f64 = 0.1;
 const FORCE_S: f64 = 0.0175;

@@ -5,10 +5,11 @@ use nalgebra::Vector3;
 use super::beginning::{AtRest, Beginning, is_gravity};
 use super::bound::bound;
 use super::clip::{Clipped, restore_clipped};
+use super::lead::{Stand, go_back};
 use super::static_intervals::{StaticInterval, find};
 use super::{
-    GRAVITY, MAX_FIRST_REST_S, MAX_HELD_S, MIN_RATE_HZ, MIN_STANCE_INTERVAL_S, STEP_S, may_stand,
-    samples_in,
+    GRAVITY, HALF_LEVEL_S, MAX_FIRST_REST_S, MAX_HELD_S, MAX_VALLEY_RATIO, MIN_RATE_HZ,
+    MIN_STANCE_INTERVAL_S, MIN_VALLEY_SPEED_M_S, STEP_S, may_stand, samples_in,
 };
 use crate::error::{Error, require};
 use crate::math::Real;
@@ -17,6 +18,11 @@ use crate::navigation::filter::MAX_SAMPLE;
 
 /// The lowest bound round about, s.
 const NEIGHBOURHOOD_S: f64 = 0.7;
+
+/// Without a rest it begins in one of the stances of so many seconds.
+const START_S: f64 = 3.0;
+/// Seconds that are gone back before it at most.
+const MAX_LEAD_S: f64 = 3.0;
 
 /// Parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,6 +60,8 @@ pub struct Plan {
     pub static_intervals: Vec<StaticInterval>,
     /// Possible stances, accepted by the filter or not.
     pub stances: Vec<Stance>,
+    /// The sample at which the filter begins, and the first of those before it that are known.
+    pub begin: (usize, usize),
     /// True if each node is one of a stance.
     pub(super) stands: Vec<bool>,
     /// The mean step, s.
@@ -66,6 +74,16 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// Samples between two nodes.
+    pub fn every(&self) -> usize {
+        self.every
+    }
+
+    /// The mean force within so many seconds of a sample.
+    pub(super) fn force(&self, k: usize, half: f64) -> Vector3<f64> {
+        mean_about(&self.accel, k, samples_in(half, self.dt))
+    }
+
     /// Looks at a recording of n samples: times, s, increasing; rates, rad/s, and forces, m/s², NaN
     /// where they are missing.
     ///
@@ -100,14 +118,11 @@ impl Plan {
             .first()
             .copied()
             .filter(|rest| rest.samples.0 as f64 * dt < MAX_FIRST_REST_S);
-        let beginning = match &first {
-            Some(rest) => {
-                let force = mean(&accel[rest.samples.0..rest.samples.1]);
-                Beginning::at_rest(&force, &rest.rate, rest.sigma)
-            }
-            None => in_motion(&bound_, &accel, dt),
-        };
+        let mut rested = None;
         if let Some(rest) = first {
+            let force = mean(&accel[rest.samples.0..rest.samples.1]);
+            let beginning = Beginning::at_rest(&force, &rest.rate, rest.sigma);
+            rested = Some(beginning);
             let force = force_of(mean(&accel[rest.samples.0..rest.samples.1]).norm(), &unbiased);
             let at_rest = AtRest { gyro_bias: beginning.gyro_bias, force };
             bound_ = known(bound(&gyro, &accel, dt, &at_rest)?);
@@ -118,6 +133,10 @@ impl Plan {
         let every = samples_in(STEP_S, dt);
         let stands = standing(&bound_, every, samples_in(NEIGHBOURHOOD_S, dt))?;
         let stances = join_stances(&stands, &bound_, every, dt)?;
+        let (begin, beginning) = match rested {
+            Some(beginning) => ((0, 0), beginning),
+            None => in_valley(time, [&gyro, &accel], &bound_, &stances, (dt, every)),
+        };
         Ok(Self {
             gyro,
             accel,
@@ -126,6 +145,7 @@ impl Plan {
             clipped,
             static_intervals,
             stances,
+            begin,
             stands,
             dt,
             every,
@@ -176,13 +196,50 @@ fn mean(forces: &[[f64; 3]]) -> Vector3<f64> {
     forces.iter().map(|force| Vector3::from(*force)).sum::<Vector3<f64>>() / forces.len() as f64
 }
 
-/// Without a rest: levelled where it moves least in the first second.
-fn in_motion(bound: &[f64], accel: &[[f64; 3]], dt: f64) -> Beginning {
-    let first = samples_in(1.0, dt).min(bound.len());
-    let least = (0..first).min_by(|i, j| bound[*i].total_cmp(&bound[*j])).unwrap_or(0);
-    let half = samples_in(0.05, dt);
-    let window = least.saturating_sub(half)..(least + half + 1).min(accel.len());
-    Beginning::in_motion(&mean(&accel[window]))
+/// Without a rest: the sample at which the filter begins, and the first one that is known of those
+/// before it; how it begins.
+fn in_valley(
+    time: &[f64],
+    [gyro, accel]: [&[[f64; 3]]; 2],
+    bound: &[f64],
+    stances: &[Stance],
+    (dt, every): (f64, usize),
+) -> ((usize, usize), Beginning) {
+    let within = |stance: &&Stance| time[stance.lowest] - time[0] < START_S;
+    let low = stances.iter().filter(within).fold(f64::INFINITY, |low, s| low.min(bound[s.lowest]));
+    let most = MAX_VALLEY_RATIO * low.max(MIN_VALLEY_SPEED_M_S);
+    let stance = stances.iter().find(|stance| bound[stance.lowest] < most);
+    let (begin, first) = match stance {
+        Some(stance) => {
+            let early = |k: &usize| time[stance.lowest] - time[*k] > MAX_LEAD_S;
+            (stance.lowest, (0..stance.lowest).take_while(early).count())
+        }
+        // It never stands: nothing is known but where it moves least.
+        None => (0, 0),
+    };
+    let window = samples_in(1.0, dt).min(bound.len());
+    let least = || (0..window).min_by(|i, j| bound[*i].total_cmp(&bound[*j])).unwrap_or(0);
+    let level = if stance.is_some() { begin } else { least() };
+    let force = mean_about(accel, level, samples_in(HALF_LEVEL_S, dt));
+    let mut beginning = Beginning::in_valley(&force, bound[level], every as f64 * dt);
+    let stand = Stand {
+        attitude: beginning.attitude,
+        gyro_bias: beginning.gyro_bias,
+        accel_bias: beginning.accel_bias,
+    };
+    let lead = first..begin + 1;
+    let mut earliest = None;
+    let given = [&gyro[lead.clone()], &accel[lead.clone()]];
+    go_back(&time[lead], given, &stand, |_, _, _, turn| earliest = Some(turn));
+    if let Some(turn) = earliest {
+        beginning.head_from(turn, time[begin] - time[first]);
+    }
+    ((begin, first), beginning)
+}
+
+/// Mean of the forces about a sample.
+fn mean_about(accel: &[[f64; 3]], k: usize, half: usize) -> Vector3<f64> {
+    mean(&accel[k.saturating_sub(half)..(k + half + 1).min(accel.len())])
 }
 
 /// True if the foot may stand at each node.

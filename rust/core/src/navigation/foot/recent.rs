@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::beginning::AtRest;
 use super::cubic::{Cubic, MAX_RATE_RATIO, density};
+use super::ranges::{MAX_RUN_S, RUN_SHARE, Side};
 use super::{FORCE_S, MAX_HELD_S, PIVOT_DISTANCE_M};
 use crate::math::validity::{are_within, is_count, is_size};
 use crate::navigation::filter::{MAX_SAMPLE, is_known};
@@ -16,8 +17,6 @@ const ROWS: usize = 12;
 const SLOTS: u64 = (ROW * ROWS) as u64;
 /// Half a window has so many samples at most.
 pub(super) const MAX_HALF: u64 = 30;
-/// Part of the range above which a rate counts as clipped.
-const CLIPPING_SHARE: f64 = 0.965;
 /// Error of a clipped rate before its flanks are known, as a part of the range.
 const UNKNOWN_RATE_SHARE: f64 = 0.2;
 /// Bounds of a valid state: seconds, and squares and densities of what samples can be.
@@ -58,6 +57,10 @@ pub(super) struct Recent {
     last: [Option<Vector3<f64>>; 2],
     ages: [f64; 2],
     runs: [Run; 3],
+    /// Of each axis: positive and negative.
+    sides: [[Side; 2]; 3],
+    /// Samples that were restored.
+    restored: u64,
 }
 
 impl Slot {
@@ -90,6 +93,8 @@ impl Recent {
             last: [None; 2],
             ages: [0.0; 2],
             runs: [Run::NONE; 3],
+            sides: [[Side::NONE; 2]; 3],
+            restored: 0,
         }
     }
 
@@ -126,10 +131,11 @@ impl Recent {
         let k = self.count;
         *self.slot_mut(k) = Slot { gyro, accel, missing, lost, ..Slot::EMPTY };
         self.count += 1;
-        if let Some(range) = range {
-            for axis in 0..3 {
-                self.look_at_clip(axis, range, dt, late);
+        for axis in 0..3 {
+            if range.is_none() && !missing[0] {
+                self.look_at_side(axis, dt);
             }
+            self.look_at_clip(axis, range, dt, late);
         }
         if k >= half {
             let middle = k - half;
@@ -163,24 +169,62 @@ impl Recent {
         ComplexField::sqrt(square / count as f64)
     }
 
-    /// Mean force within a tenth of a second about a sample that is ready.
+    /// Mean force of so many samples on either side of one that is ready.
     pub fn force(&self, k: u64, half: u64) -> Vector3<f64> {
-        let window = self.window(k, 2 * half);
-        let count = 1 + 2 * half + k.min(2 * half);
+        let window = self.window(k, half);
+        let count = 1 + half + k.min(half);
         window.map(|i| self.slot(i).accel).sum::<Vector3<f64>>() / count as f64
     }
 
-    /// Updates the rates that an axis clips by the last sample.
-    fn look_at_clip(&mut self, axis: usize, range: f64, dt: f64, late: u64) {
+    /// What the last sample says of the range of an axis, if no one has said it.
+    fn look_at_side(&mut self, axis: usize, dt: f64) {
         let k = self.count - 1;
         let x = self.slot(k).gyro[axis];
-        if self.runs[axis].ended {
-            self.restore(axis, range, dt, late);
+        let side = &mut self.sides[axis][usize::from(x < 0.0)];
+        side.look(x.abs());
+        if k < 2 {
+            return;
+        }
+        // The second sample after a run.
+        let last = self.slot(k - 2).gyro[axis];
+        let (index, sign) = (usize::from(last < 0.0), if last < 0.0 { -1.0 } else { 1.0 });
+        let of = |k: u64| sign * self.slot(k).gyro[axis];
+        let side = &self.sides[axis][index];
+        if !side.is_at_limit(of(k - 2)) || side.is_at_limit(of(k - 1)) {
+            return;
+        }
+        let most = ((MAX_RUN_S / dt) as u64).min(SLOTS - 6);
+        let samples = (0..most.min(k - 2)).take_while(|i| side.is_at_limit(of(k - 2 - i))).count();
+        let first = k - 1 - samples as u64;
+        if samples < 2 || samples as u64 >= most || first < 2 {
+            return;
+        }
+        let cubic = Cubic::over(samples, [of(first - 2), of(first - 1)], [of(k - 1), of(k)]);
+        let excess = (0..samples).map(|i| cubic.at(i) - of(first + i as u64)).sum();
+        self.sides[axis][index].take(samples as f64, excess);
+    }
+
+    /// What the last sample says of rates that an axis clips.
+    fn look_at_clip(&mut self, axis: usize, given: Option<f64>, dt: f64, late: u64) {
+        let k = self.count - 1;
+        let x = self.slot(k).gyro[axis];
+        let [up, down] = self.sides[axis].map(|side| given.or_else(|| side.range(dt)));
+        let range = |positive: bool| if positive { up } else { down };
+        let run = self.runs[axis];
+        if run.ended {
+            if let Some(range) = range(run.positive) {
+                self.restore(axis, range, dt, late);
+            }
             self.runs[axis] = Run::NONE;
         }
         let run = self.runs[axis];
-        let (clipped, positive) = (x.abs() >= CLIPPING_SHARE * range, x > 0.0);
-        if clipped && (run.samples == 0 || run.positive == positive) {
+        let range = range(x > 0.0);
+        let limit = range.map_or(f64::INFINITY, |range| RUN_SHARE * range);
+        let (clipped, positive) = (x.abs() >= limit, x > 0.0);
+        if let Some(range) = range
+            && clipped
+            && (run.samples == 0 || run.positive == positive)
+        {
             let samples = if run.samples < u32::MAX { run.samples + 1 } else { run.samples };
             self.runs[axis] = Run { samples, positive, ended: false };
             let wrong = UNKNOWN_RATE_SHARE * range;
@@ -193,6 +237,11 @@ impl Recent {
         }
     }
 
+    /// True if a rate was at the range to date.
+    pub fn has_clipped(&self) -> bool {
+        self.restored > 0
+    }
+
     /// Restores what of a run was not used yet, the second sample after it being the last one.
     fn restore(&mut self, axis: usize, range: f64, dt: f64, late: u64) {
         let run = self.runs[axis];
@@ -201,6 +250,7 @@ impl Recent {
         if n + 6 > SLOTS || end < n + 2 {
             return;
         }
+        self.restored += n;
         let (first, sign) = (end - n, if run.positive { 1.0 } else { -1.0 });
         let side = |k: u64| sign * self.slot(k).gyro[axis];
         let cubic =
@@ -226,6 +276,8 @@ impl Recent {
             && self.slots.iter().flatten().all(Slot::is_valid)
             && self.last.iter().flatten().all(is_known)
             && self.ages.iter().all(|age| is_size(*age, MAX_TIME_S))
+            && self.sides.iter().flatten().all(Side::is_valid)
+            && is_count(self.restored)
     }
 
     /// Samples to date.

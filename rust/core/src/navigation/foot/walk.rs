@@ -2,8 +2,11 @@
 
 use core::ops::Range;
 
+use super::lead::{Stand, go_back};
 use super::plan::Plan;
+use super::swing::{Mark, Swing, Swings, turn_of};
 use super::walker::Walker;
+use super::{HALF_LEVEL_S, HALF_WINDOW_S};
 use crate::error::Error;
 use crate::navigation::covariance::{Errors, STATES};
 use crate::navigation::filter::{Inertial, NavigationFilter, Observer};
@@ -17,6 +20,8 @@ pub struct Walk<'a> {
     /// The next stance and the next rest.
     stance: usize,
     rest: usize,
+    swings: Swings,
+    found: Vec<Swing>,
 }
 
 /// State after each sample.
@@ -37,19 +42,38 @@ pub struct Trodden<'a> {
 }
 
 impl<'a> Walk<'a> {
-    /// At the first sample.
+    /// At the sample of the plan at which it begins.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if the time of the first sample is none.
+    /// [`Error::Parameter`] if its time is none.
     pub fn begin<W: Observer>(
         plan: &'a Plan,
         level: bool,
         time: f64,
         observer: &mut W,
     ) -> Result<Self, Error> {
-        let first = [plan.gyro[0], plan.accel[0]];
+        let (k, _) = plan.begin;
+        let first = [plan.gyro[k], plan.accel[k]];
+        observer.sample(k);
         let walker = Walker::begin(&plan.beginning, time, first, observer)?;
-        Ok(Self { plan, level, walker, stance: 0, rest: usize::from(plan.rested) })
+        let stance = plan.stances.iter().take_while(|stance| stance.lowest < k).count();
+        let mut swings = Swings::new();
+        if plan.stances.get(stance).is_some_and(|stance| stance.lowest == k) {
+            swings.node(k as u64, Some(mark(plan, &walker, k)), [0.0; 2]);
+        }
+        let rest = usize::from(plan.rested);
+        Ok(Self { plan, level, walker, stance, rest, swings, found: Vec::new() })
+    }
+
+    /// The swings that are known, all of them if the recording has ended.
+    pub fn swings(&mut self) -> &[Swing] {
+        self.found.extend(self.swings.finish());
+        &self.found
+    }
+
+    /// How often it was levelled again, after it had been wrong.
+    pub fn relevelled(&self) -> u64 {
+        self.walker.relevelled
     }
 
     /// Stances' nodes that were not believed to date.
@@ -69,14 +93,38 @@ impl<'a> Walk<'a> {
         trodden: &mut Trodden<'_>,
         observer: &mut W,
     ) -> Result<(), Error> {
+        let (begin, first) = self.plan.begin;
         for k in piece {
             observer.sample(k);
-            if k > 0 {
+            if k < begin {
+                trodden.put_unknown(k, &self.walker);
+                continue;
+            }
+            if k == begin {
+                self.go_back(&time[first..=begin], first, trodden);
+            } else {
                 self.step(time, given, k, observer)?;
             }
             trodden.put(k, &self.walker);
         }
         Ok(())
+    }
+
+    /// The samples before that at which it begins.
+    fn go_back(&self, time: &[f64], first: usize, trodden: &mut Trodden<'_>) {
+        let filter = &self.walker.filter;
+        let stand = Stand {
+            attitude: filter.motion.attitude,
+            gyro_bias: filter.gyro_bias,
+            accel_bias: filter.accel_bias,
+        };
+        let of = |values: &'a [[f64; 3]]| &values[first..first + time.len()];
+        let given = [of(&self.plan.gyro), of(&self.plan.accel)];
+        go_back(time, given, &stand, |k, position, velocity, turn| {
+            trodden.position[first + k] = position;
+            trodden.velocity[first + k] = velocity.into();
+            trodden.quaternion[first + k] = turn;
+        });
     }
 
     fn step<W: Observer>(
@@ -98,6 +146,8 @@ impl<'a> Walk<'a> {
             rest: false,
         };
         self.walker.step(&sample, self.plan.variance[k], observer)?;
+        let turn = turn_of(&self.plan.gyro[k].into());
+        self.swings.add(time[k] - time[k - 1], turn, self.plan.bound[k]);
         if k.is_multiple_of(self.plan.every) && self.walker.propagate(observer) {
             self.node(k, observer);
         }
@@ -107,13 +157,22 @@ impl<'a> Walk<'a> {
     fn node<W: Observer>(&mut self, k: usize, observer: &mut W) {
         let seconds = self.plan.every as f64 * self.plan.dt;
         let mut found = [0.0; STATES];
-        let stood = self.plan.stands[k / self.plan.every - 1]
-            && self.walker.stand(self.plan.bound[k], seconds, &mut found);
+        let stands = self.plan.stands[k / self.plan.every - 1];
+        let force = || self.plan.force(k, HALF_LEVEL_S);
+        let stood =
+            stands && self.walker.stand(self.plan.bound[k], seconds, force, &mut found, observer);
         let floored = self.floor(k, &mut found);
         let rested = self.rest(k, &mut found);
         if stood || floored || rested {
             self.walker.apply(&found, observer);
         }
+        if !self.walker.filter.navigating {
+            self.swings.lose();
+            return;
+        }
+        let mark = stands.then(|| mark(self.plan, &self.walker, k));
+        let done = self.swings.node(k as u64, mark, self.walker.sink);
+        self.found.extend(done);
     }
 
     fn floor(&mut self, k: usize, found: &mut Errors) -> bool {
@@ -137,7 +196,17 @@ impl<'a> Walk<'a> {
     }
 }
 
+fn mark(plan: &Plan, walker: &Walker, k: usize) -> Mark {
+    let attitude = &walker.filter.motion.attitude;
+    Mark::at(plan.bound[k], attitude, &plan.force(k, HALF_WINDOW_S), walker.position())
+}
+
 impl Trodden<'_> {
+    fn put_unknown(&mut self, k: usize, walker: &Walker) {
+        self.put(k, walker);
+        (self.position[k], self.velocity[k]) = ([f64::NAN; 3], [f64::NAN; 3]);
+    }
+
     #[inline(always)]
     fn put(&mut self, k: usize, walker: &Walker) {
         let filter: &NavigationFilter = &walker.filter;

@@ -1,9 +1,9 @@
 //! The navigation filter with what a foot tells it: that it stands, on which floor, and its bias.
 
-use nalgebra::Vector3;
+use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::beginning::Beginning;
+use super::beginning::{Beginning, valley_level};
 use super::{DEGREE, GRAVITY};
 use crate::checkpoint::Checkpoint;
 use crate::error::Error;
@@ -11,7 +11,7 @@ use crate::math::validity::{is_count, is_size, is_within};
 use crate::navigation::covariance::{Covariance, Errors, GYRO, PHI, R, STATES, V};
 use crate::navigation::earth::LocalEarth;
 use crate::navigation::filter::{Inertial, NavigationFilter, Observer, Sums, quaternion};
-use crate::navigation::motion::Motion;
+use crate::navigation::motion::{Motion, rotation};
 use crate::navigation::params::{Adapt, Kind, NavigationParams, Start};
 
 /// White noise of gyro and accelerometer, squares, rad²/s and m²/s³, and walks of their biases.
@@ -22,9 +22,8 @@ const ACCEL_WALK: f64 = 1e-4;
 /// Noise relative to rate and shock, squares: of scale, misalignment and bandwidth.
 const RATE_NOISE: f64 = 0.001 * 0.001;
 const SHOCK_NOISE: f64 = 0.015 * 0.015;
-/// Deviations of where it begins, m, and of its heading, rad.
+/// Deviation of where it begins, m.
 const POSITION_SIGMA_M: f64 = 1e-5;
-const HEADING_SIGMA_RAD: f64 = 1e-6;
 /// Of a foot that stands, m/s, the bound above which it hardly does, and how long its roll lasts, s.
 const STANCE_SIGMA_M_S: f64 = 0.003;
 const MAX_STANCE_SPEED_M_S: f64 = 0.1;
@@ -34,6 +33,10 @@ const MAX_STANCE_NIS: f64 = 100.0;
 /// After so many seconds of rejections the filter is wrong: by this in level, rad².
 const MAX_REJECTION_S: f64 = 0.15;
 const WRONG_LEVEL_VARIANCE_RAD2: f64 = 1e-3;
+/// Twice within so many seconds its level is wrong altogether: the force says another.
+const MAX_WRONG_LEVEL_S: f64 = 20.0;
+/// Variance of a heading that is not known, rad².
+const UNKNOWN_HEADING_VARIANCE_RAD2: f64 = core::f64::consts::PI * core::f64::consts::PI / 3.0;
 /// The same floor, m, and its deviation, m.
 const MAX_FLOOR_STEP_M: f64 = 0.1;
 const FLOOR_SIGMA_M: f64 = 0.02;
@@ -55,6 +58,18 @@ pub(super) struct Walker {
     extra: [f64; 2],
     /// Time at which the filter was lost, s; NaN before it ever was.
     lost: f64,
+    /// When it was last wrong, s; NaN before it ever was; and how often it was levelled again.
+    wrong: f64,
+    pub relevelled: u64,
+    /// The vertical velocity at the last stance before it was taken away, m/s, and its deviation.
+    pub sink: [f64; 2],
+}
+
+/// Variance of a zero velocity, m²/s², of stances that are `seconds` apart.
+pub(super) fn stance_noise(bound: f64, seconds: f64) -> f64 {
+    let part = bound / MAX_STANCE_SPEED_M_S;
+    let independent = if ROLL_S > seconds { ROLL_S / seconds } else { 1.0 };
+    (STANCE_SIGMA_M_S * STANCE_SIGMA_M_S + bound * bound * (1.0 + part * part)) * independent
 }
 
 impl Walker {
@@ -77,7 +92,7 @@ impl Walker {
             gyro_bias: from.gyro_bias.into(),
             accel_bias: from.accel_bias.into(),
             level_sigma: from.level,
-            heading_sigma: HEADING_SIGMA_RAD,
+            heading_sigma: from.heading,
             gyro_bias_sigma: from.gyro,
             accel_bias_sigma: from.accel,
         };
@@ -108,10 +123,19 @@ impl Walker {
             _ => from.accel,
         };
         let mut variances: Errors = core::array::from_fn(|i| of(i - i % 3) * of(i - i % 3));
-        variances[PHI + 2] = HEADING_SIGMA_RAD * HEADING_SIGMA_RAD;
+        variances[PHI + 2] = from.heading * from.heading;
         filter.begin_on_plane(&variances, observer);
-        let (rejected, rejections) = (0.0, 0);
-        Ok(Self { filter, rejected, rejections, floor: None, extra: [0.0; 2], lost: f64::NAN })
+        Ok(Self {
+            filter,
+            rejected: 0.0,
+            rejections: 0,
+            floor: None,
+            extra: [0.0; 2],
+            lost: f64::NAN,
+            wrong: f64::NAN,
+            relevelled: 0,
+            sink: [0.0; 2],
+        })
     }
 
     /// One sample, NaN where it is missing; the gyro has this additional noise, rad²/s.
@@ -149,12 +173,7 @@ impl Walker {
         let since = time - self.lost;
         let far = UNKNOWN_SPEED_M_S * if since > 0.0 { since } else { 0.0 } + POSITION_SIGMA_M;
         let filter = &mut self.filter;
-        let motion = &filter.motion;
-        let mut restarted = Motion::new(motion.attitude, 0.0, 0.0, 0.0);
-        (restarted.latitude, restarted.longitude, restarted.height) =
-            (motion.latitude, motion.longitude, motion.height);
-        restarted.local_earth = LocalEarth::plane(GRAVITY);
-        filter.motion = restarted;
+        filter.stop_at(filter.motion.attitude);
         let mut variances: Errors = core::array::from_fn(|i| filter.covariance.at(i, i));
         for i in 0..3 {
             variances[R + i] = far * far;
@@ -192,13 +211,19 @@ impl Walker {
         }
     }
 
-    /// Zero velocity, if it can be, `seconds` after the node before.
-    pub fn stand(&mut self, bound: f64, seconds: f64, found: &mut Errors) -> bool {
-        let part = bound / MAX_STANCE_SPEED_M_S;
-        let independent = if ROLL_S > seconds { ROLL_S / seconds } else { 1.0 };
-        let noise = (STANCE_SIGMA_M_S * STANCE_SIGMA_M_S + bound * bound * (1.0 + part * part))
-            * independent;
+    /// Zero velocity, if it can be, `seconds` after the node before, with the mean force there.
+    pub fn stand<W: Observer>(
+        &mut self,
+        bound: f64,
+        seconds: f64,
+        force: impl FnOnce() -> Vector3<f64>,
+        found: &mut Errors,
+        observer: &mut W,
+    ) -> bool {
+        let noise = stance_noise(bound, seconds);
         let before = self.filter.covariance;
+        self.sink =
+            [self.filter.motion.velocity.z, ComplexField::sqrt(before.at(V + 2, V + 2) + noise)];
         if self.filter.take_standing(noise, found) <= MAX_STANCE_NIS {
             self.rejected = 0.0;
             return true;
@@ -210,6 +235,12 @@ impl Walker {
             return false;
         }
         self.rejected = 0.0;
+        let since = self.filter.sensors.time
+            - core::mem::replace(&mut self.wrong, self.filter.sensors.time);
+        if since < MAX_WRONG_LEVEL_S {
+            self.relevel(&force(), since, (bound, noise), observer);
+            return false;
+        }
         let square = self.filter.motion.velocity.norm_squared();
         for i in 0..3 {
             self.filter.covariance.widen(V + i, square);
@@ -219,6 +250,44 @@ impl Walker {
         self.filter.covariance.widen(PHI + 1, WRONG_LEVEL_VARIANCE_RAD2);
         self.filter.take_standing(noise, found);
         true
+    }
+
+    /// Begins again where it is, standing, with the level that the force says, by the least rotation:
+    /// the heading is as uncertain as that is large.
+    #[cold]
+    fn relevel<W: Observer>(
+        &mut self,
+        force: &Vector3<f64>,
+        since: f64,
+        (bound, noise): (f64, f64),
+        observer: &mut W,
+    ) {
+        let filter = &mut self.filter;
+        let down = filter.motion.attitude * -force;
+        let across = down.cross(&Vector3::z());
+        let (sine, size) = (across.norm(), down.norm());
+        if !(sine > 0.0 && size > 0.0) {
+            return;
+        }
+        let angle = nalgebra::RealField::atan2(sine, down.z);
+        filter.stop_at(rotation(&(across * (angle / sine))) * filter.motion.attitude);
+        let mut variances: Errors = core::array::from_fn(|i| filter.covariance.at(i, i));
+        let (far, level) = (UNKNOWN_SPEED_M_S * since, valley_level(bound));
+        for i in 0..3 {
+            variances[R + i] += far * far;
+            variances[V + i] = noise;
+            variances[PHI + i] = level * level;
+        }
+        let heading = filter.covariance.at(PHI + 2, PHI + 2) + angle * angle;
+        variances[PHI + 2] = if heading < UNKNOWN_HEADING_VARIANCE_RAD2 {
+            heading
+        } else {
+            UNKNOWN_HEADING_VARIANCE_RAD2
+        };
+        filter.begin_on_plane(&variances, observer);
+        self.relevelled += 1;
+        self.floor = None;
+        self.wrong = f64::NAN;
     }
 
     /// The height of the floor to date, once a stance.
@@ -267,11 +336,23 @@ impl Walker {
             && is_count(self.rejections)
             && self.floor.is_none_or(|floor| is_within(floor, MAX_HEIGHT_M))
             && self.extra.iter().all(|x| is_size(*x, 1e9))
-            && (self.lost.is_nan() || is_within(self.lost, 2.0 * MAX_TIME_S))
+            && [self.lost, self.wrong].iter().all(|t| t.is_nan() || is_within(*t, 2.0 * MAX_TIME_S))
+            && is_count(self.relevelled)
+            && self.sink.iter().all(|x| x.is_finite())
     }
 }
 
 impl NavigationFilter {
+    /// At rest where it is, with this attitude.
+    fn stop_at(&mut self, attitude: Matrix3<f64>) {
+        let motion = &self.motion;
+        let mut stopped = Motion::new(attitude, 0.0, 0.0, 0.0);
+        (stopped.latitude, stopped.longitude, stopped.height) =
+            (motion.latitude, motion.longitude, motion.height);
+        stopped.local_earth = LocalEarth::plane(GRAVITY);
+        self.motion = stopped;
+    }
+
     /// Somewhere on a plane, with these variances.
     fn begin_on_plane<W: Observer>(&mut self, variances: &Errors, observer: &mut W) {
         self.covariance = Covariance::of(variances);

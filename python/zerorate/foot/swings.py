@@ -1,0 +1,251 @@
+"""Swings of a track, and the tests that those of a foot pass."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from zerorate.types import Booleans, Floats
+
+MIN_SHARE: Final = 0.5
+"""Share of the swinging time that must pass for a foot's."""
+_SURE_SHARE: Final = 0.8
+"""Share below which a note doubts it."""
+_SURE_LEAN_RAD: Final = math.radians(20.0)
+"""Median lean above which a note doubts it: recorded feet have 1 to 7 deg, simulated runs 16."""
+_MIN_SWINGING_S: Final = 0.5
+_MIN_SWING_S: Final = 0.02
+_WINDOW: Final = 6
+"""Swings of a window, of which spans are made that are no foot's."""
+_STRAY_SPEED_M_S: Final = 2.0
+"""How fast the position becomes uncertain in such a span, as after a gap, m/s."""
+MAX_FLOOR_STEP_M: Final = 0.1
+"""Height within which a stance is on the same level floor, as the core has it."""
+_RANDOM_SHARE: Final = 0.2
+"""Vertical velocities that are random cancel to less than this part of their deviations."""
+
+
+class _Test(NamedTuple):
+    """One of the tests that a foot's swing passes, and what is said where most swings fail it."""
+
+    name: str
+    passes: Callable[[Floats], Booleans]
+    describe: Callable[[float], str]
+
+
+_TESTS: Final = (
+    _Test(
+        "turn",
+        lambda x: x > math.radians(100.0),
+        lambda x: f"it turns by {math.degrees(x):.0f} deg/s at most, and a foot by more than 100",
+    ),
+    _Test(
+        "depth",
+        lambda x: x < 0.2,
+        lambda x: (
+            f"it does not stand between them: its speed bound falls to {x:.2g} of the swing's"
+            ", and a foot's below 0.2"
+        ),
+    ),
+    _Test(
+        "tilt",
+        lambda x: x < math.radians(20.0),
+        lambda x: (
+            f"its tilt changes by {math.degrees(x):.0f} deg from one stance to the next, "
+            "and a foot's by less than 20"
+        ),
+    ),
+    _Test(
+        "lean",
+        lambda x: x < math.radians(45.0),
+        lambda x: (
+            f"the force points {math.degrees(x):.0f} deg off the vertical where it should "
+            "stand, and a foot's less than 45"
+        ),
+    ),
+    _Test(
+        "way",
+        lambda x: x > 0.1,
+        lambda x: f"it moves by {x:.2f} m from stance to stance, and a foot by more than 0.1",
+    ),
+)
+"""Measured on 307 feet and 243 other bodies: `docs/evidence/foot.md`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Swings:
+    """The m swings of a track, of `FootTrack.swings`, each from one stance to the next.
+
+    Parameters
+    ----------
+    start, end : ndarray of int, shape (m,)
+        Last sample of the stance before, and first of that after, of nodes of the covariance.
+    duration : ndarray, shape (m,)
+        s.
+    turn : ndarray, shape (m,)
+        Largest angular rate, rad/s.
+    depth : ndarray, shape (m,)
+        Larger speed bound of both stances, over the 0.9 quantile of that in the swing.
+    tilt : ndarray, shape (m,)
+        Angle between the verticals of both stances in the sensor's axes, rad.
+    lean : ndarray, shape (m,)
+        Larger angle between mean force and vertical of both stances, rad.
+    way : ndarray, shape (m,)
+        Distance between both stances, m.
+    vertical_velocity, vertical_velocity_sigma : ndarray, shape (m,)
+        Vertical velocity that the stance after it corrects, positive up, m/s, and its standard
+        deviation.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> walk = zr.simulate_walk(strides=20, seed=1)
+    >>> swings = zr.FootNavigation().process(walk.recording()).swings
+    >>> len(swings), swings.share
+    (20, 1.0)
+    """
+
+    start: npt.NDArray[np.int64]
+    end: npt.NDArray[np.int64]
+    duration: Floats
+    turn: Floats
+    depth: Floats
+    tilt: Floats
+    lean: Floats
+    way: Floats
+    vertical_velocity: Floats
+    vertical_velocity_sigma: Floats
+
+    @classmethod
+    def from_rows(cls, rows: Floats) -> Swings:
+        """Return them from the rows of the compiled filter, shape (m, 10)."""
+        start, end = rows[:, :2].astype(np.int64).T
+        duration = np.maximum(rows[:, 2], _MIN_SWING_S)
+        turn, depth, tilt, lean, way, down, sigma = rows[:, 3:].T
+        return cls(start, end, duration, turn, depth, tilt, lean, way, -down, sigma)
+
+    def __len__(self) -> int:
+        """Return the number of swings."""
+        return len(self.start)
+
+    @property
+    def tests(self) -> dict[str, Booleans]:
+        """Mask of the swings that pass each test, by its name."""
+        return {test.name: test.passes(getattr(self, test.name)) for test in _TESTS}
+
+    @property
+    def are_judged(self) -> bool:
+        """True if there are swings enough to judge: 0.5 s of them."""
+        return bool(self.duration.sum() >= _MIN_SWINGING_S)
+
+    @property
+    def share(self) -> float:
+        """Share of the swinging time that passes all five tests; NaN without swings."""
+        return self._share(np.logical_and.reduce(list(self.tests.values())))
+
+    @property
+    def moves(self) -> bool:
+        """True if it is no foot's for another reason than that it stays where it is."""
+        tests = self.tests
+        del tests["way"]
+        return self._share(np.logical_and.reduce(list(tests.values()))) < MIN_SHARE
+
+    def _share(self, passed: Booleans) -> float:
+        total = float(self.duration.sum())
+        return float(self.duration[passed].sum()) / total if total > 0.0 else math.nan
+
+    def describe_failure(self) -> str:
+        """Return a clause on the test that most of the swinging time fails, with its median there.
+
+        Some of it fails one.
+        """
+        shares = {name: self._share(passed) for name, passed in self.tests.items()}
+        worst = min(_TESTS, key=lambda test: shares[test.name])
+        failed = ~worst.passes(getattr(self, worst.name))
+        median = float(np.median(getattr(self, worst.name)[failed]))
+        return (
+            f"in {100.0 * (1.0 - shares[worst.name]):.0f} % of its swings {worst.describe(median)}"
+        )
+
+    def stray_spans(self) -> list[tuple[int, int]]:
+        """Return the spans of samples that are no foot's: from start to end, by windows of six."""
+        passed = np.logical_and.reduce(list(self.tests.values()))
+        stray = np.zeros(len(self), bool)
+        if len(self) >= _WINDOW:
+            windows = np.lib.stride_tricks.sliding_window_view(self.duration, _WINDOW)
+            of_foot = np.lib.stride_tricks.sliding_window_view(self.duration * passed, _WINDOW)
+            for first in np.flatnonzero(of_foot.sum(axis=1) < MIN_SHARE * windows.sum(axis=1)):
+                stray[first : first + _WINDOW] |= ~passed[first : first + _WINDOW]
+        spans: list[tuple[int, int]] = []
+        previous = -_WINDOW
+        for k in np.flatnonzero(stray):
+            start, end = int(self.start[k]), int(self.end[k])
+            if spans and k - previous < _WINDOW // 2:
+                spans[-1] = (spans[-1][0], end)
+            else:
+                spans.append((start, end))
+            previous = int(k)
+        return spans
+
+    def notes(self, time: Floats) -> Iterator[str]:
+        """Yield what makes it doubtful that it is a foot's."""
+        if not self.are_judged:
+            return
+        share = self.share
+        if share < MIN_SHARE and not self.moves:
+            yield (
+                f"it steps on the spot: {self.describe_failure()}; a foot that taps and a stick on "
+                "its pivot look the same"
+            )
+            return
+        if share < _SURE_SHARE:
+            yield (
+                f"it may be on no foot: {100.0 * share:.0f} % of its swinging time passes for a "
+                f"foot's; {self.describe_failure()}"
+            )
+        elif (lean := float(np.median(self.lean))) > _SURE_LEAN_RAD:
+            yield (
+                f"it may be on no foot: the force points {math.degrees(lean):.0f} deg off the "
+                "vertical where it stands, and a foot's less than 20"
+            )
+        for start, end in self.stray_spans():
+            yield f"from {time[start]:.0f} to {time[end]:.0f} s it is on no foot"
+
+    def climb_variance(self, height: Floats, *, clipped: bool, level: bool) -> Floats:
+        """Return the variance of the height by drifts of one sign in all swings, m², shape (n,).
+
+        Stances take away a vertical velocity, not the height that it has made. What is random in
+        it cancels; a tilt that is wrong in each swing by the same does not.
+
+        Parameters
+        ----------
+        height : ndarray, shape (n,)
+            Of the track, m.
+        clipped : bool
+            The gyro is clipped: count what may be random, too.
+        level : bool
+            The floor is level: count only swings that begin another floor.
+        """
+        rise = height[self.end] - height[self.start] if len(self) else np.empty(0)
+        counted = self.duration * (np.abs(rise) >= MAX_FLOOR_STEP_M if level else 1.0)
+        error = 0.5 * np.cumsum(self.vertical_velocity * counted)
+        spread = 0.5 * np.cumsum(self.vertical_velocity_sigma * counted)
+        counts = clipped | (np.abs(error) > _RANDOM_SHARE * spread)
+        values = np.concatenate([[0.0], np.where(counts, error, 0.0) ** 2])
+        variance: Floats = values[np.searchsorted(self.end, np.arange(len(height)), side="right")]
+        return variance
+
+    def stray_variance(self, time: Floats) -> Floats:
+        """Return the variance of the position by spans that are no foot's, m², shape (n,)."""
+        inside = np.zeros(len(time), bool)
+        for start, end in self.stray_spans():
+            inside[start:end] = True
+        seconds = np.cumsum(np.diff(time, prepend=time[0]) * inside)
+        variance: Floats = (_STRAY_SPEED_M_S * seconds) ** 2
+        return variance

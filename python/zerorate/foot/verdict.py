@@ -1,0 +1,115 @@
+"""Refusals and notes on tracks that may not be those of a foot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.faults import keyword_argument, make_sentence
+from zerorate.foot.swings import MIN_SHARE, Swings
+from zerorate.record import LogError
+
+if TYPE_CHECKING:
+    from zerorate.types import Booleans, Floats
+
+_MIN_SWING_RATE_RAD_S: Final = math.radians(100.0)
+"""A foot turns faster than that between its stances, rad/s."""
+_MIN_SWING_S: Final = 0.5
+"""Seconds off stances from which on a recording is not one of rest."""
+_MAX_REJECTED_SHARE: Final = 0.2
+"""Of the moments of stances that the filter may reject without a note."""
+
+
+def refuse_other_bodies(
+    time: Floats, gyro: Floats, stances: npt.NDArray[np.int64], swings: Swings
+) -> None:
+    """Raise a LogError if the motion is not that of a foot.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        s.
+    gyro : ndarray, shape (n, 3)
+        rad/s.
+    stances : ndarray of int, shape (s, 3)
+        First sample, past the last and lowest of each.
+    swings : Swings
+        Between them.
+    """
+    if swings.are_judged:
+        if swings.share < MIN_SHARE and swings.moves:
+            raise _refuse_foot(swings.describe_failure())
+        return
+    moving = _mask_moving(len(time), stances)
+    if not len(stances) or _seconds_in(moving, time) < _MIN_SWING_S:
+        return
+    with np.errstate(invalid="ignore"):
+        fastest = float(np.nanmax(np.abs(gyro[moving]), initial=0.0))
+    if fastest < _MIN_SWING_RATE_RAD_S:
+        raise _refuse_foot(
+            f"it turns by {math.degrees(fastest):.0f} deg/s at most, and a foot by more than 100"
+        )
+
+
+def describe_doubts(time: Floats, outputs: dict[str, Any], swings: Swings) -> Iterator[str]:
+    """Yield what makes it doubtful that the track is right.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        s.
+    outputs : dict
+        Of the compiled filter: stances, rejections, how often it was levelled again.
+    swings : Swings
+        Of the track.
+    """
+    stances = outputs["stances"]
+    yield from swings.notes(time)
+    if not len(stances):
+        yield "it never stands: where it went is not known, and it may be on no foot"
+    elif not swings.are_judged:
+        yield (
+            "it never swings, and counts as standing all the time: a machine that drives smoothly "
+            "looks the same, and its way is not found"
+        )
+    if outputs["relevelled"]:
+        times = "once" if outputs["relevelled"] == 1 else f"{outputs['relevelled']} times"
+        yield (
+            f"its level was wrong {times}, and it began again where it stood, by the force there: "
+            "since then its heading is hardly known; recordings that are joined look so"
+        )
+    count = max(int((stances[:, 1] - stances[:, 0]).sum()) // outputs["every"], 1)
+    share = min(outputs["rejections"] / count, 1.0)
+    if share > _MAX_REJECTED_SHARE:
+        yield (
+            f"{100.0 * share:.0f} % of its stances contradict the track: it may be on no foot, or "
+            "turn beyond the range of its gyro"
+        )
+
+
+def _mask_moving(n: int, stances: npt.NDArray[np.int64]) -> Booleans:
+    """Return the mask of the samples off stances."""
+    moving = np.ones(n, bool)
+    for first, end, _ in stances:
+        moving[first:end] = False
+    return moving
+
+
+def _seconds_in(mask: Booleans, time: Floats) -> float:
+    return float(mask.mean() * (time[-1] - time[0]))
+
+
+def _refuse_foot(reason: str) -> LogError:
+    return LogError(
+        make_sentence(
+            f"this sensor is on no foot: {reason}; wear it on the instep or the heel; a sample "
+            "rate that is wrong and a clipped gyro look the same; what drives needs wheels or a "
+            "receiver, by navigate; ",
+            keyword_argument("assume_foot", "", "assume_foot=True"),
+            " navigates it all the same",
+        )
+    )

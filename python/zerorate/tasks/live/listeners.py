@@ -1,0 +1,276 @@
+"""Listeners: who may reach an address of this machine, and how much of it one peer may take.
+
+All that listens goes by this file: the page of ``--serve``, pushes, datagrams.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import socket
+import threading
+from dataclasses import dataclass
+from email.message import Message
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from time import monotonic
+from typing import Any, Final, Self, TypeAlias
+
+MAX_QUEUED_BYTES: Final = 1 << 26
+"""Bytes that wait for the filter at most."""
+CUT: Final = b"..."
+"""What stands behind a record that is cut: without it, it could pass for a whole one."""
+_MAX_CONNECTIONS: Final = 64
+"""Connections of a listener: of more the one that has been idle longest is closed."""
+_IDLE_S: Final = 30.0
+"""Seconds that a peer may let a connection wait."""
+_POLL_S: Final = 0.05
+_MAX_PORT: Final = 65535
+_ANY: Final = "any"
+
+_Network: TypeAlias = ipaddress.IPv4Network | ipaddress.IPv6Network
+Address: TypeAlias = tuple[Any, ...]
+
+
+def parse_host_port(text: str) -> tuple[str, int]:
+    """Return host and port of ``HOST:PORT``; ValueError for another text."""
+    host, _, number = text.rpartition(":")
+    is_port = number.isascii() and number.isdecimal() and len(number) <= len(str(_MAX_PORT))
+    if not host or not is_port or int(number) > _MAX_PORT:
+        raise ValueError(f"'{text}' is not HOST:PORT")
+    return host.strip("[]"), int(number)
+
+
+@dataclass(frozen=True)
+class Access:
+    """Those who may reach a listener: this machine, and the peers that are named.
+
+    Parameters
+    ----------
+    networks : tuple of networks
+        Addresses of other machines that may send.
+    names : tuple of str
+        Names of this machine, besides its addresses, under which requests may come.
+    """
+
+    networks: tuple[_Network, ...] = ()
+    names: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, text: str | None) -> Self:
+        """Return the access of addresses, networks and names with commas between, or ``any``.
+
+        Raises
+        ------
+        ValueError
+            If a part has a slash and is no network.
+        """
+        parts = [part.strip() for part in (text or "").split(",") if part.strip()]
+        networks: list[_Network] = []
+        names: list[str] = []
+        for part in parts:
+            if part == _ANY:
+                networks += map(ipaddress.ip_network, ("0.0.0.0/0", "::/0"))
+                continue
+            try:
+                networks.append(ipaddress.ip_network(part, strict=False))
+            except ValueError:
+                if "/" in part:
+                    raise
+                names.append(part.lower())
+        return cls(tuple(networks), tuple(names))
+
+    def resolve(self, host: str, port: int, kind: int) -> tuple[int, Address]:
+        """Return family and address to listen at.
+
+        Raises
+        ------
+        ValueError
+            If other machines reach it, and none of them is allowed.
+        OSError
+            If the host is not known.
+        """
+        try:
+            family, _, _, _, address = socket.getaddrinfo(host, port, type=kind)[0]
+        except UnicodeError:
+            raise OSError(f"'{host}' is no name of a host") from None
+        if not self.networks and not ipaddress.ip_address(address[0]).is_loopback:
+            raise ValueError(
+                f"listens at an address of this machine alone, got '{address[0]}'; --allow "
+                "ADDRESS opens it to others"
+            )
+        return family, address
+
+    def admits_peer(self, peer: str) -> bool:
+        """Return True if a peer of this address may send."""
+        try:
+            address = ipaddress.ip_address(peer.partition("%")[0])
+        except ValueError:
+            return False
+        plain = getattr(address, "ipv4_mapped", None) or address
+        return plain.is_loopback or any(plain in network for network in self.networks)
+
+    def admits_request(self, headers: Message, port: int) -> bool:
+        """Return True if a request came to this listener, and from no page of another site.
+
+        A page of another site sends its ``Origin``, and a name of its own as ``Host`` where it lets
+        that name lead here.
+        """
+        stated = headers.get("Host", "")
+        try:
+            host, number = parse_host_port(stated)
+        except ValueError:
+            return False
+        origin = headers.get("Origin")
+        same_site = origin is None or origin.lower() == f"http://{stated.lower()}"
+        return number == port and same_site and self._is_own_name(host.lower())
+
+    def _is_own_name(self, host: str) -> bool:
+        if host == "localhost" or host in self.names:
+            return True
+        try:
+            address = ipaddress.ip_address(host)
+        except ValueError:
+            return False
+        return address.is_loopback or bool(self.networks)
+
+
+class BoundedServer(ThreadingHTTPServer):
+    """A server of HTTP that keeps a bounded number of connections.
+
+    Parameters
+    ----------
+    host, port
+        Where it listens; 0 is any free port.
+    handler : type
+        Answers requests.
+    access : Access
+        Who may send them.
+
+    Raises
+    ------
+    ValueError
+        As `Access.resolve`.
+    OSError
+        If the address cannot be used.
+    """
+
+    daemon_threads = True
+    block_on_close = False
+
+    def __init__(self, host: str, port: int, handler: type[BoundedHandler], access: Access) -> None:
+        self.access = access
+        self._lock = threading.Lock()
+        self._open: dict[socket.socket, tuple[bool, float]] = {}
+        self.address_family, address = access.resolve(host, port, socket.SOCK_STREAM)
+        super().__init__(address, handler)
+        self._thread = threading.Thread(target=lambda: self.serve_forever(_POLL_S), daemon=True)
+
+    def begin(self) -> None:
+        """Serve from now on, in a thread of its own."""
+        self._thread.start()
+
+    def end(self) -> None:
+        """Serve no longer; no connection is waited for."""
+        self.shutdown()
+        self.server_close()
+        with self._lock:
+            left = [*self._open]
+        for request in left:
+            _hang_up(request)
+
+    def verify_request(self, request: Any, client_address: Any) -> bool:  # noqa: ANN401
+        """Return True if the peer may send."""
+        return self.access.admits_peer(client_address[0])
+
+    def process_request(self, request: Any, client_address: Any) -> None:  # noqa: ANN401
+        """Answer in a thread, after the connection that has been idle longest made room."""
+        with self._lock:
+            if len(self._open) >= _MAX_CONNECTIONS:
+                longest = min(self._open, key=self._open.__getitem__)
+                del self._open[longest]
+                _hang_up(longest)
+            self._open[request] = (False, monotonic())
+        super().process_request(request, client_address)
+
+    def shutdown_request(self, request: Any) -> None:  # noqa: ANN401
+        """Forget a connection that ends."""
+        with self._lock:
+            self._open.pop(request, None)
+        super().shutdown_request(request)
+
+    def hold(self, request: socket.socket) -> None:
+        """Keep the connection of a request that is answered: idle ones go before it."""
+        with self._lock:
+            if request in self._open:
+                self._open[request] = (True, monotonic())
+
+    def handle_error(self, request: object, client_address: object) -> None:
+        """Say nothing of a peer that is gone."""
+
+
+def _hang_up(request: socket.socket) -> None:
+    try:
+        request.shutdown(socket.SHUT_RDWR)
+    except OSError:
+        request.close()
+
+
+class BoundedHandler(BaseHTTPRequestHandler):
+    """Answers requests that `Access` admits."""
+
+    server: BoundedServer
+    timeout = _IDLE_S
+
+    def is_admitted(self) -> bool:
+        """Return True if the request may be answered; refuse it otherwise."""
+        self.server.hold(self.connection)
+        if self.server.access.admits_request(self.headers, self.server.server_address[1]):
+            return True
+        self.send_error(HTTPStatus.FORBIDDEN)
+        return False
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Say nothing: stderr is the stream's."""
+
+
+class ByteQueue:
+    """Pieces of bytes between two threads, bounded by their size.
+
+    Parameters
+    ----------
+    limit : int
+        Bytes that wait at most.
+    """
+
+    def __init__(self, limit: int = MAX_QUEUED_BYTES) -> None:
+        self._limit, self._size = limit, 0
+        self._pieces: list[bytes] = []
+        self._ended = False
+        self._changed = threading.Condition()
+        self.dropped_count = 0
+        """Pieces that found no room."""
+
+    def put(self, piece: bytes) -> bool:
+        """Append a piece; return False where it finds no room and is dropped."""
+        with self._changed:
+            if self._size + len(piece) > self._limit:
+                self.dropped_count += 1
+                return False
+            self._size += len(piece)
+            self._pieces.append(piece)
+            self._changed.notify()
+        return True
+
+    def end(self) -> None:
+        """Let `get` return an empty piece once all others are taken."""
+        with self._changed:
+            self._ended = True
+            self._changed.notify()
+
+    def get(self) -> bytes:
+        """Return all that waits, or wait for it; nothing at the end."""
+        with self._changed:
+            while not self._pieces and not self._ended:
+                self._changed.wait()
+            taken, self._pieces, self._size = b"".join(self._pieces), [], 0
+        return taken
