@@ -216,15 +216,6 @@ class _CheckState:
         turned = 0.5 * np.nansum(np.abs(windows.course_rate) * (windows.stop - windows.start))
         return windows, rotation, find_lag(rotation, windows), float(turned)
 
-    def move_later(self, time: float, seconds: float) -> None:
-        """Move the fixes after some time, those left out that come before earlier ones then."""
-        fixes = self.fixes
-        late = fixes.time > time
-        moved = fixes.time + seconds * late
-        kept = ~late | (moved > np.max(fixes.time[~late], initial=-np.inf))
-        self.fixes = replace(fixes.chosen(kept), time=moved[kept])
-        self.lag = self.find_course()[2]
-
     def windows(self, positions: bool = False) -> Windows:
         """Return the windows of the fixes as they are by now."""
         between = Epochs.between_positions if positions else Epochs.of
@@ -361,7 +352,8 @@ def _check_clock(work: _CheckState) -> _Findings:
             f"{after:.0f} s",
             float(second - first),
         )
-        work.move_later(0.5 * (before + after), float(second - first))
+        # No lag fits both parts: nothing that depends on one is judged.
+        work.lag = None
     elif lag is None or not lag.certain:
         reason = (
             "the course hardly turns while both are there"
