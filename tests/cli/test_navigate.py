@@ -79,7 +79,7 @@ def expected(smooth=False, recording=None, antenna=None, **options):
     begun = zr.navigation.find_beginning(recording, fixes, antenna=antenna, **options)
     nav = begun.filter(**options)
     track = nav.process(begun.recording, fixes, time_offset=begun.time_offset)
-    return (track.smooth() if smooth else track).considering(begun.considered_sigma)
+    return track.smooth() if smooth else track
 
 
 def test_it_writes_a_log_maps_and_a_figure(cli, imu, gnss, out):

@@ -25,6 +25,11 @@ SETTINGS = {
     "antenna": {"antenna": LEVER, "adapt": "free"},
     "wheeled": {"vehicle": "wheeled", "axle": (-1.0, 0.0, 0.5), "antenna": LEVER},
     "antenna to be found": {"antenna": LEVER, "antenna_sigma": 0.5},
+    "antenna considered": {
+        "antenna": LEVER,
+        "antenna_sigma": (0.5, 0.1, 0.0),
+        "consider_antenna": True,
+    },
     "increments": {"kind": "increment", "covariance_step": 0.05},
     "consumer": {"gyro": None, "accel": None, "gate": 5.0},
 }

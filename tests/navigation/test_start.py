@@ -7,6 +7,8 @@ import pytest
 
 import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
+from support.vehicles import simulate_vehicle
+from zerorate.geometry.rotations import inverse, product, to_rotation_vectors
 from zerorate.navigation.heading import heading_of
 
 
@@ -138,3 +140,35 @@ def test_the_recorded_drive_starts_anywhere(first, bound):
     known = {"antenna": mounting.antenna, "time_offset": mounting.time_offset}
     found = zr.navigation.outages(imu, fixes, seconds=10.0, **known)
     assert found[10.0].rms() < bound
+
+
+@pytest.mark.parametrize(("kind", "seed"), [("drone", 0), ("drone", 4), ("boat", 2), ("robot", 1)])
+def test_a_start_in_motion_is_as_good_as_the_true_one(kind, seed):
+    """Of vehicles that never rest: with 27 deg of heading to find, drones lost twice the metres."""
+    drive = simulate_vehicle(kind, 300.0, seed=seed, rest=0.0)
+    imu, fixes = drive.recording(), drive.fixes
+    begun = zr.navigation.find_beginning(imu, fixes)
+    found, at = begun.start, np.searchsorted(drive.time, begun.start.time)
+    truth = drive.truth_quaternion[at]
+    off = to_rotation_vectors(product(truth, inverse(np.asarray(found.quaternion))))[2]
+    assert abs(off) < 3.0 * found.heading_sigma
+    true = replace(
+        found,
+        quaternion=truth,
+        gyro_bias=drive.gyro_bias[at],
+        level_sigma=0.005,
+        heading_sigma=0.02,
+        gyro_bias_sigma=1e-4,
+        accel_bias_sigma=0.03,
+    )
+    rms = [
+        zr.navigation.outages(
+            imu,
+            fixes,
+            seconds=10.0,
+            nav=replace(begun, start=start).filter(),
+            time_offset=begun.time_offset,
+        )[10.0].rms()
+        for start in (found, true)
+    ]
+    assert rms[0] < 1.3 * rms[1]

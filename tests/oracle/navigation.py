@@ -192,6 +192,7 @@ class Navigation:
         *,
         antenna=(0.0, 0.0, 0.0),
         antenna_sigma=0.0,
+        consider_antenna=False,
         vehicle=None,
         axle=(0.0, 0.0, 0.0),
         wheel_sigma=0.3,
@@ -204,6 +205,7 @@ class Navigation:
         self.start, self.gate, self.adapt, self.kind = start, gate, adapt, kind
         (self.N_g, self.K_g), (self.N_a, self.K_a) = (np.square(part) for part in (gyro, accel))
         self.antenna, self.axle = np.array(antenna), np.array(axle)
+        self.considers = consider_antenna
         self.wheeled, self.wheel_sigma = vehicle == "wheeled", wheel_sigma
         self.step = covariance_step
         self.by_course = self.wheeled or start.course
@@ -425,8 +427,12 @@ class Navigation:
             k = P @ h
             S = h @ k + max(variance, NOISE_MIN * (h @ k))
             e = value - h @ x
-            x = x + k * (e / S)
-            P = P - np.outer(k, k) / S
+            gain = k.copy()
+            if self.considers:
+                gain[ANTENNA] = 0.0
+            x = x + gain * (e / S)
+            # Of any gain: (I - Kh) P (I - Kh)' + K R K'.
+            P = P - (np.outer(gain, k) + np.outer(k, gain) - np.outer(gain, gain)) / S
             nis += e * e / S
         return 0.5 * (P + P.T), x, nis
 

@@ -195,6 +195,16 @@ def test_an_antenna_that_is_learned(sigma, first):
     )
 
 
+@pytest.mark.parametrize("vehicle", [None, "wheeled"])
+def test_an_antenna_that_is_considered(vehicle):
+    one = drive(antenna=LEVER)
+    arguments = {"antenna_sigma": (0.3, 0.0, 0.5), "consider_antenna": True, "vehicle": vehicle}
+    pair = Pair(start_of(one), antenna=(0.2, 0.3, -1.0), **arguments)
+    told = zr.simulation.wheel_speeds(one) if vehicle else None
+    run(pair, one, fixes_of(one), wheels=told)
+    np.testing.assert_allclose(pair.filter.antenna_sigma, (0.3, 0.0, 0.5), rtol=1e-12)
+
+
 @pytest.mark.every(2)
 @pytest.mark.parametrize("slips", [0, 6])
 @pytest.mark.parametrize("antenna_sigma", [0.0, 1.0], ids=["", "antenna too"])

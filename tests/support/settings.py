@@ -435,7 +435,8 @@ def navigation_settings(channels=None):
         optional={
             "vehicle": st.sampled_from([None, "wheeled"]),
             "antenna": st.just((0.4, -0.3, -1.2)),
-            "antenna_sigma": st.sampled_from([0.0, 0.1]),
+            "antenna_sigma": st.sampled_from([0.0, 0.1, (0.3, 0.0, 0.1)]),
+            "consider_antenna": st.booleans(),
             "adapt": st.sampled_from(["inflate", "free", "fixed"]),
             "kind": st.sampled_from(["rate", "increment"]),
             "gate": st.sampled_from([5.0, 50.0]),

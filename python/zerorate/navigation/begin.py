@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import PurePath
 from typing import Any, Final, Literal, Self, TypeAlias
 
@@ -50,6 +50,8 @@ _SEPARATE_CLOCK_S: Final = 1.0
 """Difference of two clocks from which on they were never meant to be one."""
 _MIN_MOUNT_ANGLE_RAD: Final = math.radians(3.0)
 """Rotation below which found axes are left alone: a road slopes by as much."""
+_MAX_NOISE_FACTOR: Final = 0.5
+"""Factor on white noise below which clock and antenna are searched again."""
 _MIN_OFFSET_S: Final = 0.02
 """Offset of a clock below which it is left alone."""
 
@@ -157,11 +159,10 @@ class Beginning:
         The offset with which sensors and fixes fit best; None where it is not identifiable.
     antenna : ndarray, shape (3,)
         From the sensors to the antenna, m.
-    antenna_sigma : float
-        Its standard deviation where the filter estimates it, m; 0 where it was found.
-    considered_sigma : ndarray, shape (3,)
-        Its standard deviations as found with the clock, m: the filter takes the place as it is, and
-        `Track.considering` adds them to its own; 0 where the filter estimates it.
+    antenna_sigma : ndarray, shape (3,)
+        Its standard deviations, m.
+    consider_antenna : bool
+        True if it was found with the clock: the filter counts its deviation, but leaves it there.
     checks : NavigationChecks
         What sensors and fixes say of each other.
     noise : FoundNoise or None
@@ -183,8 +184,8 @@ class Beginning:
     time_offset: float | TimeOffset
     clock: TimeOffset | None
     antenna: Floats
-    antenna_sigma: float
-    considered_sigma: Floats
+    antenna_sigma: Floats
+    consider_antenna: bool
     checks: NavigationChecks
     noise: FoundNoise | None
     alarms: tuple[str, ...]
@@ -192,7 +193,8 @@ class Beginning:
 
     def filter(self, **options: Any) -> NavigationFilter:  # noqa: ANN401
         """Return a filter that begins so, with further options of `zerorate.NavigationFilter`."""
-        options = {"antenna_sigma": self.antenna_sigma, **options}
+        known = {"antenna_sigma": self.antenna_sigma, "consider_antenna": self.consider_antenna}
+        options = {**known, **options}
         if self.noise is not None and not self.noise.kept:
             options |= self.noise.models
         return NavigationFilter(self.start, antenna=self.antenna, **options)
@@ -267,11 +269,16 @@ def find_beginning(
     search = _Search(body, fixes, vehicle, heading, rest, options)
     start, offset, clock, sentence = search.find_start_and_clock(nav_checks)
     arm = search.arm(clock, offset)
+    found = search.find_noise(start, offset, arm) if noise == "auto" else None
+    if clock is not None and found is not None and min(found.factors[:2]) < _MAX_NOISE_FACTOR:
+        # Sensors that are better than assumed tell more of clock and antenna.
+        search = replace(search, options={**options, **found.models})
+        start, offset, clock, sentence = search.find_start_and_clock(nav_checks)
+        arm = search.arm(clock, offset)
     on_axes = (
         "" if vehicle.matrix is not None or matrix is None else _describe_axes(nav_checks.axes)
     )
     doubts = (finding.text for finding in nav_checks.findings if finding.status == "cannot tell")
-    found = search.find_noise(start, offset, arm) if noise == "auto" else None
     notes = (
         vehicle.note, on_axes, *doubts, sentence, arm.note, "" if found is None else str(found),
     )  # fmt: skip
@@ -281,8 +288,8 @@ def find_beginning(
         offset,
         clock,
         arm.place,
-        arm.estimated_sigma,
-        arm.considered_sigma,
+        arm.sigma,
+        arm.is_found,
         nav_checks,
         found,
         first_alarms,
@@ -295,8 +302,8 @@ class _Arm:
     """Antenna position, m, and its standard deviation, estimated or considered by the filter."""
 
     place: Floats
-    estimated_sigma: float
-    considered_sigma: Floats
+    sigma: Floats
+    is_found: bool
     note: str = ""
 
     @classmethod
@@ -305,7 +312,7 @@ class _Arm:
         place, sigma = np.array(clock.antenna), np.array(clock.antenna_sigma)
         fitted = ", ".join(map(format_with_error, place, sigma))
         note = f"the antenna is {fitted} m forward, right and down of the sensors, as the fixes fit"
-        return cls(place, 0.0, sigma, f"{note} best")
+        return cls(place, sigma, True, f"{note} best")
 
 
 def _describe_mistakes(checks: NavigationChecks, vehicle: Vehicle) -> Iterator[str]:
@@ -376,7 +383,7 @@ class _Search:
         if clock is not None and clock is offset and self._takes_arm(clock):
             return _Arm.found(clock)
         vehicle = self.vehicle
-        return _Arm(vehicle.antenna, vehicle.antenna_sigma, np.zeros(3))
+        return _Arm(vehicle.antenna, np.full(3, vehicle.antenna_sigma), False)
 
     def _find_start(self, offset: float | TimeOffset) -> Alignment:
         if self.rest is None:
@@ -417,7 +424,7 @@ class _Search:
     def find_noise(self, start: Alignment, offset: float | TimeOffset, arm: _Arm) -> FoundNoise:
         """Return the process noise by coasting, which a stated antenna's error hardly moves."""
         options = {**self._options_with_antenna(), "antenna": arm.place}
-        spread = min(options["antenna_sigma"], arm.estimated_sigma)
+        spread = 0.0 if arm.is_found else options["antenna_sigma"]
         options["antenna_sigma"] = spread if spread > _STATED_SIGMA_M else 0.0
         return find_noise(self.recording, self.fixes, start, time_offset=offset, **options)
 
@@ -431,7 +438,9 @@ class _Search:
         """Return the same, with the antenna that was found with a clock."""
         options = self._options_with_antenna()
         if isinstance(offset, TimeOffset) and self._takes_arm(offset):
-            options |= {"antenna": np.array(offset.antenna), "antenna_sigma": 0.0}
+            options["antenna"] = np.array(offset.antenna)
+            options["antenna_sigma"] = np.array(offset.antenna_sigma)
+            options["consider_antenna"] = True
         return options
 
 

@@ -20,6 +20,7 @@ from zerorate.navigation.heading import (
     format_heading,
     turn_to_heading,
 )
+from zerorate.navigation.refined_start import refine_attitude
 from zerorate.navigation.windows import Epochs, sigma_of_position
 from zerorate.record import LogError, Recording
 from zerorate.record.fixes import Fixes
@@ -94,7 +95,8 @@ def find_start(
     the 5 s before, to 5 deg. The heading is that of the most likely filter, of eight round the
     compass and one along the course, once its log likelihood exceeds those of other headings by 15.
     There each fix has the standard deviation that a clock 0.2 s off causes it in addition to its
-    own.
+    own. Without a rest, roll, pitch and heading are then corrected by an iterated smoother over the
+    first minute.
 
     Examples
     --------
@@ -130,13 +132,14 @@ def find_start(
             f"(sigma {math.degrees(solution.sigma):.0f}) at {solution.time:.1f} s, "
             f"{solution.time - begin:.1f} s after the start"
         )
-        return replace(
+        found = replace(
             level,
             quaternion=turn_to_heading(level.quaternion, solution.start_heading),
             heading_known=True,
             heading_sigma=solution.start_sigma,
             notes=(*level.notes, note),
         )
+        return found if rest is not None else refine_attitude(samples, fixes, found, options)
     raise LogError(_describe_no_heading(imu, begins))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -24,11 +23,12 @@ _MIN_CORRELATIONS: Final = (0.5, 0.8)
 _MIN_PEAK_RATIO: Final = 1.5
 _PEAK_WIDTH_S: Final = 5.0
 _MIN_PART_SHARE: Final = 0.1
-_MIN_PART_TURN_RAD: Final = 1.5
-_MAX_COST_RATIO: Final = 0.4
-_MAX_COST_SHARE: Final = 0.2
-"""Two lags: what each part has of the squared course rates and turns; their residuals, over those
-of one lag, and over all.
+_MIN_PART_TURNS_RAD: Final = (3.0, 1.5)
+_MAX_COST_SHARE: Final = 0.5
+_MIN_GAIN: Final = 16.0
+MIN_JUMP_S: Final = 1.0
+"""Two lags: what each part has of the squared course rates and turns; the residuals' share of the
+squares; what one lag leaves more than two, over the variance that two leave; their difference, s.
 """
 _DEG_PER_RAD: Final = 180.0 / np.pi
 
@@ -88,45 +88,26 @@ def find_lag(
     return None
 
 
-def find_piecewise_lags(
-    rotation: RotationAngle, windows: Windows, about: float
-) -> tuple[Floats, Floats]:
-    """Return times of pieces of a minute, and the lag of each that is believed.
-
-    They are looked for within eight seconds of one that is known.
-    """
-    first, last = windows.start[0], windows.stop[-1]
-    count = int(np.clip((last - first) // 60.0, 2, 20))
-    edges = np.linspace(first, last + 1e-6, count + 1)
-    lags = about + np.arange(-8.0, 8.0 + 0.5 * _GRID_STEP_S, _GRID_STEP_S)
-    times, piece_lags = [], []
-    for a, b in pairwise(edges.tolist()):
-        own = windows.select((windows.start >= a) & (windows.stop <= b))
-        scores = np.array([abs(_correlate(rotation, own, lag)[0]) for lag in lags])
-        scores = np.nan_to_num(scores)
-        best = int(np.argmax(scores))
-        second_best = scores[np.abs(lags - lags[best]) > 2.0].max()
-        if scores[best] > _MIN_CORRELATIONS[1] and scores[best] > 1.3 * second_best:
-            times.append(0.5 * (a + b))
-            piece_lags.append(float(lags[best]))
-    return np.array(times), np.array(piece_lags)
-
-
-def find_lag_jump(rotation: RotationAngle, windows: Windows) -> tuple[Floats, Floats] | None:
+def find_lag_jump(
+    rotation: RotationAngle, windows: Windows, about: float, *, certain: bool
+) -> tuple[Floats, Floats] | None:
     """Return the ends of two parts of a record, and the lag of each, where two fit far better.
 
-    One lag of all windows lies between those of the parts, and fits neither.
+    Two lags within ten seconds of one that is known, by the likelihood ratio of two parts to one:
+    the lag of all windows lies between those of the parts, and fits neither. Where that is not
+    `certain`, fixes may be of another vehicle, and few bends fit any: one part is on the known one.
     """
     own = windows.select(course_weights(windows) > 0.0)
     if len(own.start) < 2 * _MIN_WINDOWS:
         return None
-    w, lags = course_weights(own), np.arange(-NEAR_LAG_S, NEAR_LAG_S + 0.1, _GRID_STEP_S)
+    w = course_weights(own)
+    lags = about + np.arange(-NEAR_LAG_S, NEAR_LAG_S + 0.1, _GRID_STEP_S)
     rates = np.array([rotation.rate(own.start + lag, own.stop + lag) for lag in lags])
     inside = np.isfinite(rates).all(axis=0)
     if inside.sum() < 2 * _MIN_WINDOWS:
         return None
-    w, rates, c = w[inside], rates[:, inside], own.course_rate[inside]
-    middle = 0.5 * (own.start + own.stop)[inside]
+    own, w, rates, c = own.select(inside), w[inside], rates[:, inside], own.course_rate[inside]
+    middle, width = 0.5 * (own.start + own.stop), own.stop - own.start
     c = c - w @ c / w.sum()
     rates = rates - (rates @ w / w.sum())[:, np.newaxis]
     slope = (rates * w) @ c / np.maximum((rates**2) @ w, 1e-30)
@@ -138,16 +119,28 @@ def find_lag_jump(rotation: RotationAngle, windows: Windows) -> tuple[Floats, Fl
     share = energy / energy[-1]
     turned = np.cumsum(np.abs(c) * np.gradient(middle))
     enough = (share > _MIN_PART_SHARE) & (share < 1.0 - _MIN_PART_SHARE)
-    enough &= (turned > _MIN_PART_TURN_RAD) & (turned[-1] - turned > _MIN_PART_TURN_RAD)
+    least = _MIN_PART_TURNS_RAD[certain]
+    enough &= (turned > least) & (turned[-1] - turned > least)
     if not enough.any():
         return None
     split = int(np.argmin(np.where(enough, before + after, np.inf)))
     one, two = costs[:, -1].min(), before[split] + after[split]
-    if two > _MAX_COST_RATIO * one or two > _MAX_COST_SHARE * energy[-1]:
+    # Windows overlap: each counts as the share of its time that is new.
+    independent = float(np.minimum(np.diff(own.start, append=own.stop[-1]) / width, 1.0).sum())
+    if two > _MAX_COST_SHARE * energy[-1] or independent * (one - two) < _MIN_GAIN * two:
         return None
-    ends = np.array([middle[split], middle[min(split + 1, len(middle) - 1)]])
-    found = [costs[:, split], costs[:, -1] - costs[:, split]]
-    return ends, np.array([lags[int(np.argmin(cost))] for cost in found])
+    parts = costs[:, split], costs[:, -1] - costs[:, split]
+    sides = middle <= middle[split], middle > middle[split]
+    pair = np.array(
+        [
+            _refine_lag(rotation, own.select(side), float(lags[int(np.argmin(cost))]))[0]
+            for side, cost in zip(sides, parts, strict=True)
+        ]
+    )
+    near = certain or np.abs(pair - about).min() <= MIN_JUMP_S
+    if abs(pair[1] - pair[0]) <= MIN_JUMP_S or not near:
+        return None
+    return np.array([middle[split], middle[min(split + 1, len(middle) - 1)]]), pair
 
 
 def course_weights(windows: Windows) -> Floats:

@@ -12,7 +12,7 @@ import numpy as np
 from zerorate.geometry.earth import local_ned
 from zerorate.navigation.axes import Axes, find_axes
 from zerorate.navigation.frozen_sensors import frozen_spans
-from zerorate.navigation.lag import Lag, find_lag, find_lag_jump, find_piecewise_lags, is_rate
+from zerorate.navigation.lag import Lag, find_lag, find_lag_jump, is_rate
 from zerorate.navigation.line_course import MIN_TURNED_RAD, find_line_course
 from zerorate.navigation.windows import Epochs, Means, RotationAngle, Windows
 from zerorate.numerals import shorten
@@ -342,22 +342,18 @@ def _check_clock(work: _CheckState) -> _Findings:
     if len(windows.start) == 0:
         yield _doubt("clock", "there are too few fixes to find their clock")
         return
-    about = lag.seconds if lag is not None and lag.certain else 0.0
-    times, lags = find_piecewise_lags(rotation, windows, about)
-    jumps = np.flatnonzero(np.abs(np.diff(lags)) > _MIN_LAG_S)
-    if not (lag is not None and lag.certain) and not _is_one_jump(lags):
-        jumps = jumps[:0]
-    if not jumps.size and (parts := find_lag_jump(rotation, windows)) is not None:
-        times, lags = parts
-        jumps = np.flatnonzero(np.abs(np.diff(lags)) > _MIN_LAG_S)
-    if jumps.size:
-        k = int(jumps[0])
+    certain = lag is not None and lag.certain
+    about = lag.seconds if lag is not None and certain else 0.0
+    if (parts := find_lag_jump(rotation, windows, about, certain=certain)) is not None:
+        (before, after), (first, second) = parts
         yield _mistake(
             "jump",
-            f"the clock of the fixes jumps by {lags[k] - lags[k + 1]:.1f} s between "
-            f"{times[k]:.0f} and {times[k + 1]:.0f} s",
-            float(lags[k + 1] - lags[k]),
+            f"the clock of the fixes jumps by {first - second:.1f} s between {before:.0f} and "
+            f"{after:.0f} s",
+            float(second - first),
         )
+        # No lag fits both parts: nothing that depends on one is judged.
+        work.lag = None
     elif lag is None or not lag.certain:
         reason = (
             "the course hardly turns while both are there"
@@ -370,12 +366,6 @@ def _check_clock(work: _CheckState) -> _Findings:
         named = f": leap seconds, {_LEAP_SECONDS[leap]}" if leap else ""
         text = f"the fixes are on another clock, {-lag.seconds:.2f} s ahead{named}"
         yield _mistake("clock", text, lag.seconds)
-
-
-def _is_one_jump(lags: Floats) -> bool:
-    """Return True if two pieces or more have one lag, and all that follow another."""
-    jumps = np.flatnonzero(np.abs(np.diff(lags)) > _MIN_LAG_S)
-    return jumps.size == 1 and 1 <= jumps[0] <= len(lags) - 3
 
 
 def _check_gyro(work: _CheckState) -> _Findings:

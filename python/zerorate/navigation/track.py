@@ -279,22 +279,6 @@ class Track(SmoothableTrack, Result):
         position = offset_position(self.position, -error[:, :3])
         return replace(self, position=position, _nis=None, **self._apply_errors(error, sigma))
 
-    def considering(self, antenna_sigma: npt.ArrayLike) -> Track:
-        """Return the track with standard deviations that include an unestimated antenna.
-
-        Parameters
-        ----------
-        antenna_sigma : array_like, shape (3,)
-            Forward, right and down, m.
-        """
-        spread = floats(antenna_sigma, "antenna_sigma")
-        if not spread.any():
-            return self
-        axes = [rotate(self.quaternion, unit) for unit in np.diag(spread)]
-        sigma = self.sigma.copy()
-        sigma[:, :3] = np.sqrt(sigma[:, :3] ** 2 + sum(axis**2 for axis in axes))
-        return replace(self, sigma=sigma)
-
     def to_log(self) -> Log:
         """Return a log of latitude, longitude and height, for `zerorate.write_log`.
 
@@ -389,7 +373,7 @@ def _describe_moves(before: NavigationFilter, nav: NavigationFilter) -> Iterator
 
 def _describe_constants(before: NavigationFilter, nav: NavigationFilter) -> Iterator[str]:
     """Describe the estimated antenna position and wheel scale."""
-    if before.antenna_sigma.any():
+    if (before.antenna_sigma != nav.antenna_sigma).any():
         fitted = ", ".join(map(format_with_error, nav.antenna, nav.antenna_sigma))
         stated = ", ".join(f"{x:g}" for x in before.antenna)
         displaced = np.abs(nav.antenna - before.antenna) > _ANTENNA_SIGMAS * before.antenna_sigma

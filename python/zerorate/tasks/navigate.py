@@ -390,7 +390,6 @@ class _Run:
         if self.smooth:
             progress("smoothing", 0.7)
             track = track.smooth()
-        track = track.considering(beginning.considered_sigma)
         notes = tuple(dict.fromkeys(filter(None, (*beginning.notes, doubt, *track.notes))))
         return Navigation(replace(track, notes=notes), beginning.start, nis, errors)
 

@@ -54,9 +54,11 @@ const BYTES: usize = 1 << 13;
 ///     consumer sensors: 0.05 deg/s/sqrt(Hz) and 0.02 m/s^2/sqrt(Hz).
 /// antenna : array_like, shape (3,), default (0, 0, 0)
 ///     Vector from the sensor to the antenna, body axes, m.
-/// antenna_sigma : float, default 0.0
-///     Its standard deviation, m: if it is not 0, the antenna's position is estimated
-///     (``antenna``).
+/// antenna_sigma : float or array_like, shape (3,), default 0.0
+///     Its standard deviation, m, one or one per axis: if it is not 0, the antenna's position is
+///     estimated (``antenna``).
+/// consider_antenna : bool, default False
+///     Do not estimate the position; its standard deviation counts in ``sigma`` and gains (Schmidt).
 /// vehicle : {None, "wheeled"}, default None
 ///     "wheeled": it neither slips sideways nor leaves the ground; applied five times a second
 ///     above 1 m/s.
@@ -131,13 +133,13 @@ impl NavigationFilter {
     #[new]
     #[pyo3(
         signature = (
-            start, *, gyro=None, accel=None, antenna=None, antenna_sigma=0.0, vehicle=None,
-            axle=None, wheel_sigma=None, speed_sigma=None, gate=50.0, adapt="inflate", covariance_step=0.1,
-            kind="rate"
+            start, *, gyro=None, accel=None, antenna=None, antenna_sigma=None,
+            consider_antenna=false, vehicle=None, axle=None, wheel_sigma=None, speed_sigma=None,
+            gate=50.0, adapt="inflate", covariance_step=0.1, kind="rate"
         ),
         text_signature = "(start, *, gyro=None, accel=None, antenna=(0.0, 0.0, 0.0), \
-            antenna_sigma=0.0, vehicle=None, axle=None, wheel_sigma=None, speed_sigma=None, gate=50.0, adapt='inflate', \
-            covariance_step=0.1, kind='rate')"
+            antenna_sigma=0.0, consider_antenna=False, vehicle=None, axle=None, wheel_sigma=None, \
+            speed_sigma=None, gate=50.0, adapt='inflate', covariance_step=0.1, kind='rate')"
     )]
     // The arguments are those of the class in Python.
     #[allow(clippy::too_many_arguments)]
@@ -146,7 +148,8 @@ impl NavigationFilter {
         gyro: Option<&Bound<'_, PyAny>>,
         accel: Option<&Bound<'_, PyAny>>,
         antenna: Option<&Bound<'_, PyAny>>,
-        antenna_sigma: f64,
+        antenna_sigma: Option<&Bound<'_, PyAny>>,
+        consider_antenna: bool,
         vehicle: Option<&str>,
         axle: Option<&Bound<'_, PyAny>>,
         wheel_sigma: Option<f64>,
@@ -168,7 +171,8 @@ impl NavigationFilter {
             gyro_walk,
             accel_walk,
             antenna,
-            antenna_sigma,
+            antenna_sigma: sigmas("antenna_sigma", antenna_sigma, 0.0)?,
+            consider_antenna,
             wheels,
             gate,
             adapt,

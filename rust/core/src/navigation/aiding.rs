@@ -205,7 +205,9 @@ impl NavigationFilter {
             GateDecision::Take => return true,
             GateDecision::Reject => {
                 (self.covariance, *found) = before;
-                observer.drop_scalars(3);
+                if !self.covariance.considers_antenna() {
+                    observer.drop_scalars(3);
+                }
                 self.fixes.rejected_of[kind] += 1;
             }
             GateDecision::Widen => {

@@ -78,6 +78,9 @@ pub(crate) struct ConstantsCovariance {
     pub cross: [Row; CONSTANTS],
     pub own: [Constants; CONSTANTS],
     pub found: Constants,
+    /// Whether the antenna is considered, not estimated: no scalar moves it or its covariance (S. F.
+    /// Schmidt, *Advances in Control Systems* 3, 1966).
+    pub considers_antenna: bool,
 }
 
 impl ConstantsCovariance {
@@ -86,6 +89,7 @@ impl ConstantsCovariance {
         cross: [[0.0; 16]; CONSTANTS],
         own: [[0.0; CONSTANTS]; CONSTANTS],
         found: [0.0; CONSTANTS],
+        considers_antenna: false,
     };
 
     /// Some constants, from the `first` on, are not known any more, but to deviations.
@@ -459,14 +463,26 @@ impl Covariance {
             found[i] += gain[i] * (innovation * inverse);
             lessen(&mut self.0[i], gain[i], &gain, inverse);
         }
+        let estimated = if extra.considers_antenna { ANTENNA } else { CONSTANTS };
         for k in 0..CONSTANTS {
-            extra.found[k] += own[k] * (innovation * inverse);
             lessen(&mut extra.cross[k], own[k], &gain, inverse);
-            (0..CONSTANTS).for_each(|l| extra.own[k][l] -= (own[k] * own[l]) * inverse);
+            if k < estimated {
+                extra.found[k] += own[k] * (innovation * inverse);
+            }
+            let changed = if k < estimated { CONSTANTS } else { estimated };
+            (0..changed).for_each(|l| extra.own[k][l] -= (own[k] * own[l]) * inverse);
         }
         let new = Innovation { value: innovation, variance };
-        observer.record_scalar(&Scalar { h: *h, hw: *hw, gain, own, new });
+        // The smoother follows scalars of an optimal gain only, else the covariances.
+        if !extra.considers_antenna {
+            observer.record_scalar(&Scalar { h: *h, hw: *hw, gain, own, new });
+        }
         new
+    }
+
+    /// Whether the antenna is considered, not estimated.
+    pub(crate) fn considers_antenna(&self) -> bool {
+        self.1.is_some_and(|extra| extra.considers_antenna)
     }
 
     /// The variance of a scalar without its noise.

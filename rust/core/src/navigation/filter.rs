@@ -240,7 +240,7 @@ impl NavigationFilter {
             motion: Motion::new(matrix(start.quaternion), start.latitude, 0.0, 0.0),
             gyro_bias: start.gyro_bias.into(),
             accel_bias: start.accel_bias.into(),
-            covariance: Self::first_covariance(&start, params.antenna_sigma),
+            covariance: Self::first_covariance(&start, &params),
             sigma: [f64::NAN; STATES],
             gates: [InnovationGate::new(); 2],
             sensors: Sensors::new(),
@@ -257,10 +257,12 @@ impl NavigationFilter {
         })
     }
 
-    fn first_covariance(start: &Start, antenna_sigma: f64) -> Covariance {
+    fn first_covariance(start: &Start, params: &NavigationParams) -> Covariance {
         let mut covariance = Covariance::of(&Self::first_variances(start));
-        if antenna_sigma > 0.0 {
-            covariance.1 = Some(ConstantsCovariance::NONE.with(ANTENNA, [antenna_sigma; 3]));
+        if params.has_antenna_sigma() {
+            let known = ConstantsCovariance::NONE.with(ANTENNA, params.antenna_sigma);
+            let considers_antenna = params.consider_antenna;
+            covariance.1 = Some(ConstantsCovariance { considers_antenna, ..known });
         }
         covariance
     }

@@ -159,7 +159,7 @@ impl NavigationFilter {
         }
         self.covariance = self.covariance.with_variances(&variances);
         // What is not known of the antenna is not known of the place.
-        if self.params.antenna_sigma > 0.0 {
+        if self.params.has_antenna_sigma() {
             let turn = self.motion.attitude;
             let lever_arm_rate = turn * rate.cross_matrix();
             let factor = if velocity.is_some() { 1.0 } else { 0.0 };

@@ -51,8 +51,10 @@ pub struct NavigationParams {
     pub accel_walk: [f64; 3],
     /// From the sensor to the antenna, body axes, m.
     pub antenna: [f64; 3],
-    /// Deviation of that, m: zero where it is known, else it is estimated.
-    pub antenna_sigma: f64,
+    /// Standard deviations of that, m: zero where it is known, else it is estimated.
+    pub antenna_sigma: [f64; 3],
+    /// Whether it is considered instead: its deviation counts, but it stays where it is.
+    pub consider_antenna: bool,
     /// Of a vehicle on wheels.
     pub wheels: Option<Wheels>,
     /// Normalised innovation squared above which a fix is not taken.
@@ -71,6 +73,11 @@ pub(crate) const MAX_LEVER: f64 = 1e3;
 const MAX_NOISE: f64 = 1e4;
 
 impl NavigationParams {
+    /// Whether the antenna is not known exactly.
+    pub(crate) fn has_antenna_sigma(&self) -> bool {
+        self.antenna_sigma.iter().any(|sigma| *sigma > 0.0)
+    }
+
     /// # Errors
     /// [`Error::Parameter`] if one is out of its range.
     pub fn validate(self) -> Result<Self, Error> {
@@ -91,8 +98,10 @@ impl NavigationParams {
                 require(x.abs() <= MAX_LEVER, name, "within 1000 m", x)?;
             }
         }
-        let sigma = self.antenna_sigma;
-        require((0.0..=MAX_LEVER).contains(&sigma), "antenna_sigma", "from 0 to 1000 m", sigma)?;
+        for sigma in self.antenna_sigma {
+            let within = (0.0..=MAX_LEVER).contains(&sigma);
+            require(within, "antenna_sigma", "from 0 to 1000 m", sigma)?;
+        }
         if let Some(wheels) = &self.wheels {
             let sigma = wheels.sigma;
             require((1e-3..=1e3).contains(&sigma), "wheel_sigma", "from 0.001 to 1000 m/s", sigma)?;

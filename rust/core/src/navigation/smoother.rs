@@ -627,7 +627,7 @@ mod tests {
 
     /// A body that sways about a place for 40 s. Fixes come four times a second, with an outage, one
     /// that is rejected, and from 30 s on they are far off, so that the filter gives way.
-    fn observe_run(antenna_sigma: f64) -> Watched {
+    fn observe_run(antenna_sigma: f64, consider_antenna: bool) -> Watched {
         let start = Start {
             quaternion: [1.0, 0.0, 0.0, 0.0],
             heading_known: true,
@@ -647,7 +647,8 @@ mod tests {
             gyro_walk: [1e-10; 3],
             accel_walk: [2.5e-7; 3],
             antenna: [0.5, 0.0, -1.0],
-            antenna_sigma,
+            antenna_sigma: [antenna_sigma; 3],
+            consider_antenna,
             wheels: None,
             gate: 50.0,
             adapt: Adapt::Fixed,
@@ -683,8 +684,8 @@ mod tests {
 
     #[test]
     fn it_says_what_rauch_tung_and_striebel_say() {
-        for antenna_sigma in [0.0, 0.1] {
-            let watched = observe_run(antenna_sigma);
+        for (antenna_sigma, considered) in [(0.0, false), (0.1, false), (0.1, true)] {
+            let watched = observe_run(antenna_sigma, considered);
             let smoothed = watched.smoothed();
             let found: Vec<_> = watched.record.smoothed(true).collect();
             assert_eq!(found.len(), smoothed.len());
@@ -713,7 +714,7 @@ mod tests {
 
     #[test]
     fn errors_are_the_same_without_deviations() {
-        let watched = observe_run(0.1);
+        let watched = observe_run(0.1, false);
         let [with, without] = [true, false].map(|deviations| watched.record.smoothed(deviations));
         for (one, other) in with.zip(without) {
             assert_eq!((one.before, one.after), (other.before, other.after));

@@ -15,7 +15,7 @@ use crate::math::validity::{are_within, is_count, is_size, is_whole, is_within};
 
 impl Checkpoint for NavigationFilter {
     const TAG: &'static str = "navigation";
-    const VERSION: u16 = 5;
+    const VERSION: u16 = 6;
 
     fn is_valid(&self) -> bool {
         let chosen = self.params.validate().is_ok() && self.start.validate().is_ok();
@@ -25,6 +25,8 @@ impl Checkpoint for NavigationFilter {
             && are_within(&self.gyro_bias, MAX_BIAS)
             && are_within(&self.accel_bias, MAX_BIAS)
             && self.covariance.is_valid()
+            && self.covariance.considers_antenna()
+                == (self.params.consider_antenna && self.params.has_antenna_sigma())
             && self.sigma.iter().all(sigma)
             && self.gates.iter().all(|gate| gate.is_valid())
             && self.sensors.is_valid()

@@ -1,0 +1,57 @@
+"""A start in motion, its attitude corrected by what a minute of fixes says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, Final
+
+import numpy as np
+
+from zerorate._native import NavigationFilter
+from zerorate.geometry.rotations import from_rotation_vectors, product
+from zerorate.navigation.alignment import Alignment
+from zerorate.navigation.events import Events
+from zerorate.record.fixes import Fixes
+from zerorate.record.samples import Samples
+
+_SPAN_S: Final = 60.0
+"""Seconds of fixes that correct the attitude."""
+_LEAD_S: Final = 1.0
+_MAX_ROUNDS: Final = 8
+_CONVERGED_SIGMAS: Final = 0.3
+_SIGMA_FACTOR: Final = 3.0
+"""Smoothed standard deviations that the start takes: its fixes are used again by the filter."""
+
+
+def refine_attitude(
+    samples: Samples, fixes: Fixes, start: Alignment, options: Mapping[str, Any]
+) -> Alignment:
+    """Correct roll, pitch and heading of a start by smoothing its first minute, until it settles.
+
+    A filter that begins tens of degrees off takes the error for biases it is soon too sure of. An
+    iterated smoother has the first minute of the attitude it finds (B. M. Bell, *SIAM Journal on
+    Optimization* 4(3), 1994). The start is returned as it was where that does not settle.
+    """
+    last = start.time + _SPAN_S
+    piece = slice(*np.searchsorted(samples.time, [start.time - _LEAD_S, last]))
+    arrays = samples.time[piece], samples.gyro[piece], samples.accel[piece]
+    rows = Events.of(fixes.between(start.time - _LEAD_S, last)).rows
+    begin = start
+    for _ in range(_MAX_ROUNDS):
+        _, steps = NavigationFilter(begin, **options).process_arrays(*arrays, rows, record=True)
+        smoothed = {} if steps is None else steps.smoothed()
+        # One that begins twice has lost itself.
+        if not len(smoothed.get("sample", ())) or smoothed["begins"][1:].any():
+            return start
+        error, sigma = smoothed["before"][0, 6:9], smoothed["sigma"][0, 6:9]
+        turn = from_rotation_vectors(error)
+        begin = replace(begin, quaternion=product(turn, begin.quaternion))
+        if (np.abs(error) < _CONVERGED_SIGMAS * sigma).all():
+            level, heading = (_SIGMA_FACTOR * float(x) for x in (sigma[:2].max(), sigma[2]))
+            return replace(
+                begin,
+                level_sigma=min(start.level_sigma, level),
+                heading_sigma=min(start.heading_sigma, heading),
+            )
+    return start
