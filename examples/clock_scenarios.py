@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 import zerorate as zr
-from navigation_asked import many, rms
+from navigation_studies import many, rms
 from tables import table
 from zerorate.navigation import find_start, find_time_offset
 from zerorate.record import TimeOffset

@@ -1,9 +1,9 @@
-"""What stands round the navigation filter: asked, by a prototype, next to what is reached.
+"""Start, checks, axes, clocks, wheels and antenna of the navigation filter, in numbers.
 
-``python examples/navigation_asked.py [FOLDER]`` prints a table in Markdown, in some minutes. FOLDER
-has the recordings ``drive_imu_100hz.parquet`` and ``drive_gnss_4hz.parquet``, as of
-``navigation_tables.py``. Default: ../shared/data beside the checkout; without them the rows of the
-recorded drive are left out.
+``python examples/navigation_studies.py [FOLDER]`` prints a table in Markdown, in some minutes, next
+to the numbers of a prototype. FOLDER has the recordings ``drive_imu_100hz.parquet`` and
+``drive_gnss_4hz.parquet``, as of ``navigation_tables.py``. Default: ../shared/data beside the
+checkout; without them the rows of the recorded drive are left out.
 """
 
 import sys
@@ -41,7 +41,7 @@ def main(folder):
         rows += [row for part in RECORDED for row in part(*drive)]
     else:
         print(f"no {IMU} in {folder}\n", file=sys.stderr)
-    print(table("Asked and reached", ("", "asked", "reached"), rows, markdown=True))
+    print(table("Studies", ("quantity", "prototype", "result"), rows, markdown=True))
 
 
 def many(work, cases):
@@ -250,7 +250,7 @@ def axes_off(seed):
 
 def clocks() -> Iterator[Row]:
     """Two offsets and a rate, of a receiver of 2 m and of RTK."""
-    for name, options, asked in (
+    for name, options, prototype in (
         ("clock", {}, ("0.019, 0.005, 5e-5", "0.63, 0.73, 0.63", "0")),
         (
             "clock, RTK of 2 cm at 4 Hz",
@@ -266,12 +266,12 @@ def clocks() -> Iterator[Row]:
         p, v, r = (rms(errors) for errors in off[told].T)
         yield (
             f"{name}, {DRIVES} drives: position, velocity s RMS, rate",
-            asked[0],
+            prototype[0],
             f"{p:.4f}, {v:.4f}, {r:.0e}",
         )
         within = np.mean(np.abs(off[told]) < sigma[told], axis=0)
-        yield "within one deviation", asked[1], numbers(within)
-        yield "not told", asked[2], str(int((~told).sum()))
+        yield "within one deviation", prototype[1], numbers(within)
+        yield "not told", prototype[2], str(int((~told).sum()))
 
 
 def clock_off(seed, duration=LONG, **options):
@@ -305,16 +305,16 @@ def clock_off(seed, duration=LONG, **options):
 
 def wheels() -> Iterator[Row]:
     """Their scale, and outages against the truth."""
-    for name, slips, asked in (
+    for name, slips, prototype in (
         ("clean", 0, ("0.0004, 0.0010", "0.60 to 0.76", "1.4")),
         ("6 slips", 6, ("0.0004, 0.0010", "0.60 to 0.76", "1.9")),
     ):
         found = np.array(many(lambda seed, count=slips: scale_off(seed, count), range(DRIVES)))
         off, sigma, end = found.T
         label = f"wheels 2 % wrong, ticks of 3 cm, {DRIVES} drives, {name}"
-        yield f"{label}: scale RMS, worst", asked[0], f"{rms(off):.4f}, {np.abs(off).max():.4f}"
-        yield "within one deviation", asked[1], f"{np.mean(np.abs(off) < sigma):.2f}"
-        yield "60 s outage against the truth, m", asked[2], f"{rms(end):.1f}"
+        yield f"{label}: scale RMS, worst", prototype[0], f"{rms(off):.4f}, {np.abs(off).max():.4f}"
+        yield "within one deviation", prototype[1], f"{np.mean(np.abs(off) < sigma):.2f}"
+        yield "60 s outage against the truth, m", prototype[2], f"{rms(end):.1f}"
 
 
 def scale_off(seed, slips):
@@ -424,7 +424,7 @@ def drive_clock(imu, fixes, mounting) -> Iterator[Row]:
     nav = zr.NavigationFilter(start, antenna=lever)
     nis = np.nanmean(nav.process(imu, fixes, time_offset=clock, keep="track").nis(), axis=0)
     yield "its mean NIS of positions and velocities with that", "0.8, 1.9", numbers(nis, 1)
-    for name, offset, later, asked in (
+    for name, offset, later, prototype in (
         ("metadata's clock", mounting.time_offset, mounting.time_offset, "0.77, 1.41, 2.46"),
         ("clocks found", clock, clock.velocity_seconds, "0.74, 1.04, 2.08"),
     ):
@@ -438,7 +438,7 @@ def drive_clock(imu, fixes, mounting) -> Iterator[Row]:
             time_offset=offset,
         )
         ends = [one.rms() for one in found.lengths]
-        yield f"wheels, drive, {name}: 10, 30, 60 s, m RMS", asked, numbers(ends)
+        yield f"wheels, drive, {name}: 10, 30, 60 s, m RMS", prototype, numbers(ends)
     ends = []
     for wrong, spread in (((1.0, 0.0, 0.0), 0.0), ((1.0, 0.0, 0.0), 1.0)):
         nav = zr.NavigationFilter(start, antenna=np.add(lever, wrong), antenna_sigma=spread)
@@ -449,7 +449,7 @@ def drive_clock(imu, fixes, mounting) -> Iterator[Row]:
 
 def drive_returns(imu, fixes, mounting) -> Iterator[Row]:
     """Positions after outages of 30 s, right and wrong."""
-    for name, wrong, asked in (
+    for name, wrong, prototype in (
         ("right", 0, "150, 0.9, 1.8, 0.8"),
         ("the first 100 m off", 1, "154, 0.6, 0.9, 0.8"),
         ("two that differ", 2, "157, 7.2, 0.8, 0.8"),
@@ -457,7 +457,7 @@ def drive_returns(imu, fixes, mounting) -> Iterator[Row]:
         worst = returned(imu, fixes, mounting, wrong)
         yield (
             f"drive, after 30 s outages, fixes {name}: worst in 0-1, 1-2, 2-5, 5-30 s, m",
-            asked,
+            prototype,
             numbers(worst, 1),
         )
 

@@ -1,0 +1,173 @@
+"""Outages, starts in motion and unstated antennas of simulated vehicles.
+
+``python examples/navigation_vehicles.py`` prints four tables in Markdown, in some minutes. Errors
+are those against the true tracks of the cars, robots, drones and boats of ``vehicles.py``.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+import zerorate as zr
+from navigation_studies import many, rms
+from tables import table
+from vehicles import simulate_vehicle
+from zerorate.geometry.rotations import inverse, product, to_rotation_vectors
+from zerorate.record import TimeOffset
+
+SECONDS = 300.0
+LENGTHS = (5.0, 10.0, 30.0)
+SEEDS = range(6)
+ELLIPSE = 5.991
+"""Square of the radius of the ellipse of 95 % in the plane, standard deviations."""
+SETTLED = 80.0
+FINE = {"position_sigma": 0.02, "velocity_sigma": 0.05, "fixes_rate": 5.0}
+RECEIVERS = {"2 m, 1 Hz": {}, "2 cm, 5 Hz": FINE}
+IN_MOTION = {"drone": 14, "boat": 6, "car": 6, "robot": 6}
+ANTENNAS = {
+    "2 m, 1 Hz, velocities": {},
+    "1 cm, 5 Hz, velocities": FINE | {"position_sigma": 0.01, "velocity_sigma": 0.03},
+    "1 cm, 5 Hz, positions only": FINE | {"position_sigma": 0.01},
+}
+
+
+def outage_rows():
+    """Yield errors at the ends of outages, and of the smoothed track inside, in their σ."""
+    for kind in ("car", "robot", "drone", "boat"):
+        for receiver, options in RECEIVERS.items():
+            drives = [simulate_vehicle(kind, SECONDS, seed=seed, **options) for seed in SEEDS]
+            found = many(coasted, drives)
+            cells = []
+            for k in range(len(LENGTHS)):
+                end, scaled, inside = (np.vstack([one[k][j] for one in found]) for j in range(3))
+                share = np.mean((scaled**2).sum(axis=1) < ELLIPSE)
+                distance = rms(np.hypot(*end.T))
+                cells.append(f"{rms(scaled):.2f}; {distance:.2g}; {share:.0%}; {rms(inside):.2f}")
+            yield f"{kind}, {receiver}", *cells
+
+
+def coasted(drive):
+    """Return errors at the ends of outages, m and in σ, and smoothed ones inside, per length."""
+    begun = zr.navigation.find_beginning(drive.recording(), drive.fixes)
+    given = {"time_offset": begun.time_offset}
+    found = zr.navigation.outages(
+        begun.recording, drive.fixes, seconds=LENGTHS, nav=begun.filter(), threads=1, **given
+    )
+    moved = TimeOffset.of(begun.time_offset).applied(drive.fixes).time
+    results = []
+    for one in found.lengths:
+        fixes = drive.fixes.chosen(~np.isin(moved, one.time))
+        track = begun.filter().process(begun.recording, fixes, **given)
+        end = np.searchsorted(track.time, one.spans[:, 1])
+        inside = np.searchsorted(track.time, one.time)
+        (error, sigma), (best, best_sigma) = (
+            (some.errors(drive.truth_position)[:, :2], some.sigma[:, :2])
+            for some in (track, track.smooth())
+        )
+        results.append((error[end], error[end] / sigma[end], best[inside] / best_sigma[inside]))
+    return results
+
+
+def start_rows():
+    """Yield headings of starts in motion over their σ, and outages over those of true starts."""
+    for kind, count in IN_MOTION.items():
+        drives = [simulate_vehicle(kind, SECONDS, seed=seed, rest=0.0) for seed in range(count)]
+        off, sigma, found, true = np.array(many(started, drives)).T
+        worst = np.argmax(np.abs(off / sigma))
+        ratios = found / true
+        yield (
+            kind,
+            f"{(np.abs(off) < 3.0 * sigma).sum()} of {count}",
+            f"{rms(off / sigma):.2f}",
+            f"{abs(off[worst]):.1f} at {sigma[worst]:.1f}",
+            f"{np.median(sigma):.1f}",
+            f"{rms(found):.2f}, {rms(true):.2f}",
+            f"{np.median(ratios):.2f}, {ratios.max():.2f}",
+        )
+
+
+def started(drive):
+    """Return error of the heading and its σ, deg, and 10 s outages from this and a true start."""
+    imu, fixes = drive.recording(), drive.fixes
+    begun = zr.navigation.find_beginning(imu, fixes)
+    start, at = begun.start, np.searchsorted(drive.time, begun.start.time)
+    truth = drive.truth_quaternion[at]
+    off = to_rotation_vectors(product(truth, inverse(np.asarray(start.quaternion))))[2]
+    true = replace(
+        start,
+        quaternion=truth,
+        gyro_bias=drive.gyro_bias[at],
+        level_sigma=0.005,
+        heading_sigma=0.02,
+        gyro_bias_sigma=1e-4,
+        accel_bias_sigma=0.03,
+    )
+    ends = []
+    for one in (start, true):
+        given = {"nav": replace(begun, start=one).filter(), "time_offset": begun.time_offset}
+        found = zr.navigation.outages(begun.recording, fixes, seconds=10.0, threads=1, **given)
+        ends.append(found[10.0].rms())
+    return np.degrees(off), np.degrees(start.heading_sigma), *ends
+
+
+def antenna_rows():
+    """Yield errors of tracks of cars whose antenna and clock are found, and stated."""
+    for name, options in ANTENNAS.items():
+        cases = [drive_of_antenna(seed, "only" in name, options) for seed in SEEDS]
+        found = np.array(many(lambda case: settled_errors(*case[:2]), cases))
+        stated = np.array(many(lambda case: settled_errors(*case[:2], **case[2]), cases))
+        plane, height, *scaled = (f"{rms(x):.3f}" for x in found.T)
+        ratio = rms(found[:, 0]) / rms(stated[:, 0])
+        known = ", ".join(f"{rms(x):.3f}" for x in stated[:, :2].T)
+        yield name, f"{plane}, {height}", known, f"{ratio:.2f}", ", ".join(x[:4] for x in scaled)
+
+
+def drive_of_antenna(seed, positions_only, options):
+    """Return a drive, its fixes, and antenna and clock, which are drawn."""
+    random = np.random.default_rng([seed, 5])
+    antenna, clock = random.uniform((-1, -1, -2), (1, 1, 0)), random.uniform(-0.5, 0.5)
+    known = {"antenna": antenna, "time_offset": clock}
+    drive = simulate_vehicle("car", SECONDS, seed=seed, **known, **options)
+    fixes = drive.fixes
+    return (
+        drive,
+        replace(fixes, velocity=None, velocity_sigma=None) if positions_only else fixes,
+        known,
+    )
+
+
+def settled_errors(drive, fixes, **known):
+    """Return RMS errors in the plane and of the height, m, and in σ, with that of the heading."""
+    track = zr.navigate(drive.recording(), fixes, **known).track
+    late, truth = track.time > SETTLED, (drive.truth_position, drive.truth_velocity)
+    error, sigma = track.errors(*truth, drive.truth_quaternion)[late, :9], track.sigma[late, :9]
+    scaled = error / sigma
+    plane = rms(np.hypot(*error[:, :2].T))
+    return plane, rms(error[:, 2]), rms(scaled[:, :2]), rms(scaled[:, 2]), rms(scaled[:, 8])
+
+
+def robot_rows():
+    """Yield heading errors in σ of slow robots whose antenna is not stated."""
+    known = {"speed": 0.4, "antenna": (0.2, -0.1, -0.3), **FINE}
+    drives = [simulate_vehicle("robot", SECONDS, seed=seed, **known) for seed in range(12)]
+    heading = np.array(many(lambda drive: settled_errors(drive, drive.fixes), drives))[:, 4]
+    yield "12", f"{rms(heading):.2f}", f"{heading.min():.2f} to {heading.max():.2f}"
+
+
+def main():
+    """Print the tables."""
+    head = ("vehicle", *(f"{length:g} s" for length in LENGTHS))
+    title = "Outages: error over σ; RMS, m; share in the 95 % ellipse; smoothed error over σ"
+    print(table(title, head, outage_rows(), markdown=True), flush=True)
+    head = ("vehicle", "within 3 σ", "error over σ", "worst, deg", "median σ, deg")
+    head += ("10 s outages: found, true start, m", "ratio: median, largest")
+    print(table("Starts in motion", head, start_rows(), markdown=True), flush=True)
+    head = ("receiver", "found: track, height, m", "stated", "ratio of tracks")
+    head += ("found, in σ: track, height, heading",)
+    print(table("Antenna and clock not stated", head, antenna_rows(), markdown=True), flush=True)
+    head = ("slow robots", "heading error over σ", "of one robot")
+    print(table("Robots at 0.4 m/s", head, robot_rows(), markdown=True), flush=True)
+
+
+if __name__ == "__main__":
+    main()
