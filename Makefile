@@ -147,6 +147,7 @@ results: $(TOOLS) ## Rebuild the tables and figures of docs/ from recordings and
 	$(BIN)/python examples/array_figures.py
 	$(BIN)/python examples/navigation_tables.py
 	$(BIN)/python examples/navigation_studies.py
+	$(BIN)/python examples/navigation_vehicles.py
 	$(BIN)/python examples/clock_scenarios.py
 	$(BIN)/python examples/navigation_figures.py
 	$(BIN)/python examples/foot_study.py

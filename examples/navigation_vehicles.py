@@ -13,6 +13,7 @@ from navigation_studies import many, rms
 from tables import table
 from vehicles import simulate_vehicle
 from zerorate.geometry.rotations import inverse, product, to_rotation_vectors
+from zerorate.navigation import find_beginning
 from zerorate.record import TimeOffset
 
 SECONDS = 300.0
@@ -24,6 +25,8 @@ SETTLED = 80.0
 FINE = {"position_sigma": 0.02, "velocity_sigma": 0.05, "fixes_rate": 5.0}
 RECEIVERS = {"2 m, 1 Hz": {}, "2 cm, 5 Hz": FINE}
 IN_MOTION = {"drone": 14, "boat": 6, "car": 6, "robot": 6}
+TRUE_START = {"level_sigma": 0.005, "heading_sigma": 0.02, "accel_bias_sigma": 0.03}
+TRUE_START |= {"gyro_bias_sigma": 1e-4}
 ANTENNAS = {
     "2 m, 1 Hz, velocities": {},
     "1 cm, 5 Hz, velocities": FINE | {"position_sigma": 0.01, "velocity_sigma": 0.03},
@@ -47,17 +50,20 @@ def outage_rows():
 
 
 def coasted(drive):
-    """Return errors at the ends of outages, m and in σ, and smoothed ones inside, per length."""
-    begun = zr.navigation.find_beginning(drive.recording(), drive.fixes)
-    given = {"time_offset": begun.time_offset}
-    found = zr.navigation.outages(
-        begun.recording, drive.fixes, seconds=LENGTHS, nav=begun.filter(), threads=1, **given
-    )
+    """Return the errors in outages of a drive that begins as with `zr.navigate`."""
+    return errors_in_outages(drive, find_beginning(drive.recording(), drive.fixes), LENGTHS)
+
+
+def errors_in_outages(drive, begun, seconds):
+    """Return errors at the ends, m and in σ, and smoothed ones inside in σ, of each length."""
+    known, given = {"seconds": seconds, "threads": 1}, {"time_offset": begun.time_offset}
+    nav = begun.filter()
+    found = zr.navigation.outages(begun.recording, drive.fixes, nav=nav, **known, **given)
     moved = TimeOffset.of(begun.time_offset).applied(drive.fixes).time
     results = []
     for one in found.lengths:
         fixes = drive.fixes.chosen(~np.isin(moved, one.time))
-        track = begun.filter().process(begun.recording, fixes, **given)
+        track = nav.copy().process(begun.recording, fixes, **given)
         end = np.searchsorted(track.time, one.spans[:, 1])
         inside = np.searchsorted(track.time, one.time)
         (error, sigma), (best, best_sigma) = (
@@ -73,40 +79,25 @@ def start_rows():
     for kind, count in IN_MOTION.items():
         drives = [simulate_vehicle(kind, SECONDS, seed=seed, rest=0.0) for seed in range(count)]
         off, sigma, found, true = np.array(many(started, drives)).T
-        worst = np.argmax(np.abs(off / sigma))
-        ratios = found / true
-        yield (
-            kind,
-            f"{(np.abs(off) < 3.0 * sigma).sum()} of {count}",
-            f"{rms(off / sigma):.2f}",
-            f"{abs(off[worst]):.1f} at {sigma[worst]:.1f}",
-            f"{np.median(sigma):.1f}",
-            f"{rms(found):.2f}, {rms(true):.2f}",
-            f"{np.median(ratios):.2f}, {ratios.max():.2f}",
-        )
+        scaled, ratios = np.abs(off / sigma), found / true
+        worst = np.argmax(scaled)
+        cells = (f"{(scaled < 3.0).sum()} of {count}", f"{rms(scaled):.2f}")
+        cells += (f"{abs(off[worst]):.1f} at {sigma[worst]:.1f}", f"{np.median(sigma):.1f}")
+        cells += (f"{rms(found):.2f}, {rms(true):.2f}",)
+        yield kind, *cells, f"{np.median(ratios):.2f}, {ratios.max():.2f}"
 
 
 def started(drive):
     """Return error of the heading and its σ, deg, and 10 s outages from this and a true start."""
-    imu, fixes = drive.recording(), drive.fixes
-    begun = zr.navigation.find_beginning(imu, fixes)
+    begun = find_beginning(drive.recording(), drive.fixes)
     start, at = begun.start, np.searchsorted(drive.time, begun.start.time)
     truth = drive.truth_quaternion[at]
     off = to_rotation_vectors(product(truth, inverse(np.asarray(start.quaternion))))[2]
-    true = replace(
-        start,
-        quaternion=truth,
-        gyro_bias=drive.gyro_bias[at],
-        level_sigma=0.005,
-        heading_sigma=0.02,
-        gyro_bias_sigma=1e-4,
-        accel_bias_sigma=0.03,
-    )
+    true = replace(start, quaternion=truth, gyro_bias=drive.gyro_bias[at], **TRUE_START)
     ends = []
     for one in (start, true):
-        given = {"nav": replace(begun, start=one).filter(), "time_offset": begun.time_offset}
-        found = zr.navigation.outages(begun.recording, fixes, seconds=10.0, threads=1, **given)
-        ends.append(found[10.0].rms())
+        ((end, *_),) = errors_in_outages(drive, replace(begun, start=one), (10.0,))
+        ends.append(rms(np.hypot(*end.T)))
     return np.degrees(off), np.degrees(start.heading_sigma), *ends
 
 
@@ -128,12 +119,8 @@ def drive_of_antenna(seed, positions_only, options):
     antenna, clock = random.uniform((-1, -1, -2), (1, 1, 0)), random.uniform(-0.5, 0.5)
     known = {"antenna": antenna, "time_offset": clock}
     drive = simulate_vehicle("car", SECONDS, seed=seed, **known, **options)
-    fixes = drive.fixes
-    return (
-        drive,
-        replace(fixes, velocity=None, velocity_sigma=None) if positions_only else fixes,
-        known,
-    )
+    none = {"velocity": None, "velocity_sigma": None} if positions_only else {}
+    return drive, replace(drive.fixes, **none), known
 
 
 def settled_errors(drive, fixes, **known):
@@ -160,10 +147,9 @@ def main():
     title = "Outages: error over σ; RMS, m; share in the 95 % ellipse; smoothed error over σ"
     print(table(title, head, outage_rows(), markdown=True), flush=True)
     head = ("vehicle", "within 3 σ", "error over σ", "worst, deg", "median σ, deg")
-    head += ("10 s outages: found, true start, m", "ratio: median, largest")
+    head += ("after 10 s, m: found, true start", "ratio: median, largest")
     print(table("Starts in motion", head, start_rows(), markdown=True), flush=True)
-    head = ("receiver", "found: track, height, m", "stated", "ratio of tracks")
-    head += ("found, in σ: track, height, heading",)
+    head = ("receiver", "track, height, m", "stated", "ratio", "in σ: track, height, heading")
     print(table("Antenna and clock not stated", head, antenna_rows(), markdown=True), flush=True)
     head = ("slow robots", "heading error over σ", "of one robot")
     print(table("Robots at 0.4 m/s", head, robot_rows(), markdown=True), flush=True)
