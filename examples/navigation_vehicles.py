@@ -107,10 +107,10 @@ def antenna_rows():
         cases = [drive_of_antenna(seed, "only" in name, options) for seed in SEEDS]
         found = np.array(many(lambda case: settled_errors(*case[:2]), cases))
         stated = np.array(many(lambda case: settled_errors(*case[:2], **case[2]), cases))
-        plane, height, *scaled = (f"{rms(x):.3f}" for x in found.T)
+        sizes = (f"{rms(x[:, 0]):.3f}, {rms(x[:, 1]):.2f}" for x in (found, stated))
         ratio = rms(found[:, 0]) / rms(stated[:, 0])
-        known = ", ".join(f"{rms(x):.3f}" for x in stated[:, :2].T)
-        yield name, f"{plane}, {height}", known, f"{ratio:.2f}", ", ".join(x[:4] for x in scaled)
+        scaled = ", ".join(f"{rms(x):.2f}" for x in found[:, 2:].T)
+        yield name, *sizes, f"{ratio:.2f}", scaled
 
 
 def drive_of_antenna(seed, positions_only, options):
