@@ -66,8 +66,8 @@ class FusedAccelerometers(Result):
     Attributes
     ----------
     accel : ndarray, shape (n, 3)
-        Specific force in the axes of the body, in `unit`: at the origin of the positions, or at the
-        mean position of the sensors without them. NaN where no sensor is left.
+        Specific force in the axes of the body, in `unit`: at the origin of the positions or, if no
+        positions are given, at the mean position of the sensors. NaN where no sensor is left.
     weights : ndarray, shape (n, N)
         Share of each sensor; 0 where it was not used.
     excluded : ndarray of bool, shape (n, N)

@@ -98,7 +98,8 @@ class AllanCovariance(Result):
         ----------
         horizon : float, default 60.0
             Averaging time at which the deviation is to be least, and for which the gain is given,
-            s. A long one thinks of drift alone, a short one of white noise. Infinity is allowed.
+            s. With a long horizon only drift matters, with a short one white noise. Infinity is
+            allowed.
         weights : {"drift", "white", "mean"}, default "drift"
             "drift" uses what the gyros' drifts have in common. "white" looks at white noise
             alone, whatever the horizon. "mean" is the plain mean.
@@ -110,22 +111,23 @@ class AllanCovariance(Result):
         Raises
         ------
         ValueError
-            For drift weights from less than a quarter of an hour of record for each gyro, if a
-            gyro does not vary, if fewer than two averaging times are left, or an argument is not
-            as described.
+            If drift weights are asked from less than a quarter of an hour of record for each gyro,
+            a gyro does not vary, fewer than two averaging times are left, or an argument is not as
+            described.
 
         Notes
         -----
         R. J. Vaccaro, A. S. Zaki, "Reduced-drift virtual gyro from an array of low-cost gyros",
-        Sensors 17(2):352, 2017: white noise R and drift Q follow from the covariances
-        R/tau + Q tau/3, and w = C⁻¹1 / (1ᵀC⁻¹1) has the least variance of all weights of sum 1.
-        C is the covariance at the horizon; Q is moved to its diagonal by N / (N + T/256 s) after
-        T seconds, for chance correlations look as useful as true ones.
+        Sensors 17(2):352, 2017: white noise R and drift Q follow from the covariances R/tau + Q
+        tau/3, and w = C⁻¹1 / (1ᵀC⁻¹1) has the least variance of all weights of sum 1. C is the
+        covariance at the horizon; for N gyros and T seconds of record, Q is moved towards its
+        diagonal by the share N / (N + T/256 s), because chance correlations look as useful as true
+        ones.
 
         The gain is found on each eighth of the record with weights from the other seven, and its
-        standard error by leaving out one eighth at a time. It is that of the Allan deviations
-        themselves as far as the horizon is among those that are well known, and beyond of the
-        noise that fits them.
+        standard error by leaving out one eighth at a time. If the horizon is among the averaging
+        times whose Allan deviations are well known, the gain is that of these deviations. Beyond
+        them it is the gain of the noise that fits them.
 
         Examples
         --------

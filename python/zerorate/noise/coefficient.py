@@ -178,7 +178,7 @@ class CoefficientField:
     positive : bool
         Refuse zero, too; default no.
     required : bool
-        The field has no default; else that is an unknown coefficient.
+        The field has no default; otherwise its default is an unknown coefficient.
     """
 
     def __init__(

@@ -151,9 +151,9 @@ class AllanResult(Result):
         Parameters
         ----------
         method : {"curve", "polynomial"}
-            "curve": non-negative least squares that knows how the deviations vary, and vary
-            together, from the noise that it finds. "polynomial": sigma^2 = sum of A_n tau^n, n from
-            -2 to 2, as much of the literature has it, for comparison.
+            "curve": non-negative least squares. The noise that it finds tells it the variances and
+            covariances of the deviations. "polynomial": sigma^2 = sum of A_n tau^n, n from -2 to 2,
+            as much of the literature has it, for comparison.
         terms : sequence of str
             Coefficients to look for; all five by default. A Hadamard kind sees no ramp.
         markov : int or sequence of float
@@ -164,9 +164,9 @@ class AllanResult(Result):
         Returns
         -------
         FittedModel, or a tuple of one an axis
-            A `NoiseModel` in SI units, or in the unit of the samples where that is not known. Each
-            coefficient has a standard error, a flag if the record determines it, and an
-            upper bound at 95 %. One that was not looked for is unknown.
+            A `NoiseModel` in SI units, or in the unit of the samples if that unit is not known.
+            Each coefficient has a standard error, a flag if the record determines it, and an upper
+            bound at 95 %. One that was not looked for is unknown.
 
         Raises
         ------
@@ -176,9 +176,10 @@ class AllanResult(Result):
 
         Notes
         -----
-        A coefficient is identifiable if its square is above twice its standard error. Where
-        chance cannot explain how far the curve is from the model, the model is taken to be wrong
-        by the relative `misfit` that can, and the errors grow with it.
+        A coefficient is identifiable if its square is above twice its standard error. If chance
+        cannot explain how far the curve is from the model, the model is taken to be wrong. The
+        relative error of the model that explains the distance is `misfit`; the standard errors grow
+        with it.
 
         A curve has no samples, so a low-pass filter of the sensor cannot be found here, and N and
         B of low-passed samples are wrong: use `zerorate.characterise` or `zerorate.noise.whittle`.

@@ -109,8 +109,8 @@ class Bands:
     def density(self, record: Floats) -> Floats:
         """Return the mean two-sided density of each band, with the sample as unit of time.
 
-        A sine taper shifts the spectrum up and down by so many half lines, so that one transform
-        of twice the length holds all of them.
+        Sine taper k shifts the spectrum up and down by k half lines, so one transform of twice the
+        length holds the spectra of all tapers.
         """
         padded = np.zeros(2 * (self.n + 1))
         np.subtract(record, record.mean(), out=padded[1 : self.n + 1])

@@ -61,8 +61,9 @@ def plot_replay(replay: Replay, everything: bool = False) -> Figure:
     samples, and the bias of each of the first five, with two standard deviations to either side and
     the means of the raw rate at rest. Motion is shaded, and so is a stuck or saturated sensor.
 
-    `everything`: all panels instead: also the noise, the gain or the drift that were learned, and
-    Allan deviations; a column for each axis, of the first six at most, two columns of a page wide.
+    With `everything` all panels are drawn: also the noise, the gain or the drift that were learned,
+    and Allan deviations. Each of at most the first six axes has a column; the figure is as wide as
+    two columns of a page.
     """
     if everything:
         return plot_replay_grid(replay)

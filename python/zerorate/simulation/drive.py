@@ -164,9 +164,9 @@ def simulate_drive(
         Seconds, up to 3600. Default 400.
     seed : int
         Not negative. The same arguments give the same samples. Path, biases, each noise and the
-        fixes draw from streams of their own: another noise leaves the path the same.
+        fixes have separate random streams: another noise leaves the path the same.
     latitude, longitude, height : float
-        Start: deg within 85 and 180, and m above the ellipsoid.
+        Start: latitude within 85 deg, longitude within 180 deg, height in m above the ellipsoid.
     kind : {"drive", "rest"}
         A car in a town: it rests, accelerates to 8 to 18 m/s, slows down for corners, follows
         bends, stops and goes on, over hills and on cambered roads. Or a car at rest.
@@ -189,8 +189,8 @@ def simulate_drive(
     body_from_sensor : array_like, shape (3, 3), "random" or None
         Rotation from the axes of the sensors to forward, right and down; None for none.
     time_offset : float or TimeOffset
-        Offset to add to the times of the fixes, s, as `find_time_offset` finds it: that of
-        positions, of velocities, and a rate.
+        Offset to add to the times of the fixes, s, as `find_time_offset` finds it. A `TimeOffset`
+        has one for positions, one for velocities, and a rate.
     wander : float
         Relative wander of the sampling interval, RMS, over half a minute. The stamps
         are right.
@@ -207,16 +207,16 @@ def simulate_drive(
 
     Notes
     -----
-    A closed form of time gives heading, speed, and, along the road, pitch and roll. From it follow
-    angular rate and specific force at the samples, without differences. The truth is then the
-    strapdown navigation of these samples, step by step: coning and sculling of two samples, ``v + C
-    delta + (g - (2 Omega + rho) x v - (Omega + rho) x C delta / 2) dt``, position by the mean of
-    two velocities, radii and gravity computed again at each step. So a filter with that
-    mechanisation returns the truth to rounding from samples without error. Samples computed from a
-    given path instead would oscillate, since they would have to be separated from known means. The
-    truth leaves the closed form by centimetres, and moves sideways by less than 1 mm/s in 400 s, 2
-    mm/s in an hour: the wheels hardly slip. All steps are taken at once, by successive
-    approximation.
+    Heading, speed, and, along the road, pitch and roll are closed formulas of time. Angular rate
+    and specific force at the samples follow from these formulas, without differences. The truth is
+    then the strapdown navigation of these samples, step by step: coning and sculling of two
+    samples, ``v + C delta + (g - (2 Omega + rho) x v - (Omega + rho) x C delta / 2) dt``, position
+    by the mean of two velocities, radii and gravity computed again at each step. So a filter with
+    the same mechanisation, given samples without error, returns the truth up to rounding. If
+    samples were computed from a given path instead, they would oscillate, since only their means
+    would be known. The truth differs from the closed form by centimetres. Its sideways speed stays
+    below 1 mm/s in 400 s and 2 mm/s in an hour: the wheels hardly slip. All steps are taken at
+    once, by successive approximation.
 
     Examples
     --------

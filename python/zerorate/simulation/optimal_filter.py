@@ -94,9 +94,9 @@ class Optimum:
     gains : ndarray, shape (n, m)
         What each innovation adds to the m states.
     variance : ndarray, shape (n,)
-        Of the error of the drift after each sample, (deg/s)^2.
+        Variance of the error of the drift after each sample, (deg/s)^2.
     innovation_variance : ndarray, shape (n,)
-        Of each innovation, (deg/s)^2; infinite for the first, as the level has no prior.
+        Variance of each innovation, (deg/s)^2; infinite for the first, as the level has no prior.
     """
 
     system: System

@@ -112,8 +112,8 @@ def calibrate(
     Returns
     -------
     Calibration
-        Check `valid` first: if it is False, ``problems`` says why, and ``advice`` what to do.
-        `table`, `plot` and `save`, which takes ``exports=("px4",)``.
+        Check `valid` first: if it is False, ``problems`` says why, and ``advice`` what to do. The
+        result has `table`, `plot` and `save`, which takes ``exports=("px4",)``.
 
     Raises
     ------
@@ -233,8 +233,9 @@ def calibrate_magnetometer(
     gyro : str
         Name of the gyro, of several; default the first.
     one : bool
-        Assume one hard iron for the record, since nobody touched the device. Default: several where
-        that leaves clearly less scatter, as for a magnet that comes and goes.
+        Assume one hard iron for the whole record, because nobody touched the device. By default
+        several are fitted where that leaves clearly less scatter, as for a magnet that comes and
+        goes.
     field, dip : float, optional
         Strength of the local field, uT, and its angle below the level, rad: a result that
         contradicts them is not valid.
@@ -250,7 +251,8 @@ def calibrate_magnetometer(
     -------
     MagnetometerCalibration
         Check `applied`: a correction is applied only if it more than halves the scatter of samples
-        that the fit had not seen. `table`, `plot` and `save`, which takes ``exports=("px4",)``.
+        that the fit had not seen. The result has `table`, `plot` and `save`, which takes
+        ``exports=("px4",)``.
 
     Raises
     ------

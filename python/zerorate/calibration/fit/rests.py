@@ -384,8 +384,8 @@ def find_rests(recording: Recording | Log) -> tuple[Rest, ...]:
     -----
     The variance of each axis in windows of 0.5 s is divided by its floor, the usual value where the
     sensor is quietest; a window is still if no axis exceeds 5 floors. Interruptions below 0.4 s are
-    ignored, and rests are at least 1 s long after 0.1 s were cut off at both ends. A tenth of the
-    record at least must be at rest: otherwise there is no floor to compare with.
+    ignored, and rests are at least 1 s long after 0.1 s were cut off at both ends. At least a tenth
+    of the record must be at rest: otherwise there is no floor to compare with.
 
     Examples
     --------

@@ -22,9 +22,9 @@ _NO_FORCE: Final = (math.nan, math.nan, math.nan)
 class BacklogFilter:
     """A filter with the missing samples that it has not been given yet.
 
-    It catches up with a long gap in pieces, one with each sample that comes. Such a sample is
-    answered with the drift as known to date, and counts as missing: the state does not depend on
-    how fast the machine is.
+    It catches up with a long gap in pieces, one with each sample that comes. A sample that comes
+    meanwhile is answered with the drift known so far, and counts as missing, so the state does not
+    depend on how fast the machine is.
 
     Parameters
     ----------

@@ -18,12 +18,14 @@ _MIN_LEARNED_BITS: Final = 8
 class SequenceCount:
     """Counts the samples that a source lost, by the numbers of those that came.
 
-    A number that repeats, or is up to a second behind, comes late. One further back, or more than
-    an hour ahead, is a source that restarted, and so is the last of 32 in a row that come late.
+    A number that repeats, or is up to a second behind, comes late. The source has restarted if a
+    number is further back, is more than an hour ahead, or is the last of 32 in a row that come
+    late.
 
-    Numbers that wrap are known by `bits`, or learned: where the step from the highest to the lowest
-    is that of a counter of 8 bits or more, or where the numbers turn back twice at the same place.
-    Once that is known, they are read modulo their period; up to a quarter of it may be late.
+    Where the numbers wrap is given by `bits`, or learned: if the step from the highest to the
+    lowest is that of a counter of 8 bits or more, or if the numbers turn back twice at the same
+    place. Once the period is known, numbers are read modulo it; they may be late by up to a quarter
+    of it.
 
     Parameters
     ----------
@@ -34,9 +36,9 @@ class SequenceCount:
     last : int or None
         The number of the newest sample.
     lost_count, late_count, restart_count : int
-        Counts of samples that are missing, came late, and of new beginnings.
+        Counts of missing samples, of late samples and of restarts.
     turn : (int, int) or None
-        Lowest and highest number, where they turned back last.
+        Lowest and highest number at the place where the numbers last turned back.
     wraps : bool
         True if the numbers are known to wrap there.
     run, lowest : int

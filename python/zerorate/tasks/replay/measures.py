@@ -89,9 +89,9 @@ class ReplayMeasures:
 class Measures:
     """Scores of every axis, raw and of each method's bias; `truth` has shape (k, n).
 
-    Of a sensor that moves only what it shows at rest says something: if the chosen filter `holds`
-    the bias in motion, the scores are of where it is certain of rest. A stuck sensor does not
-    rest.
+    If a sensor moves, only its samples at rest say something: if the chosen filter `holds` the bias
+    in motion, the scores are of the times at which it is certain of rest. A stuck sensor does not
+    count as at rest.
     """
 
     def __init__(
