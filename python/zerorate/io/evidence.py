@@ -46,6 +46,8 @@ _OF_GRAVITY: Final = 0.03
 """Part by which an accelerometer at rest may differ from gravity."""
 _AXES: Final = "xyz"
 _AXES_COUNT: Final = 3
+_MAX_UNNAMED_COLUMNS: Final = 12
+"""Most columns of a table without names that are searched: six of sensors, times and counters."""
 
 
 class Clue(NamedTuple):
@@ -399,7 +401,7 @@ def gyro_of_many(table: Table, places: Sequence[int]) -> tuple[Sequence[int], Se
 
 def named_by_values(table: Table) -> Table:
     """Return a table without names with those of the gyro and the accelerometer in six columns."""
-    if table.names is not None or table.width < 2 * _AXES_COUNT:
+    if table.names is not None or not 2 * _AXES_COUNT <= table.width <= _MAX_UNNAMED_COLUMNS:
         return table
     try:
         time, counters = unnamed_time(table, ())
