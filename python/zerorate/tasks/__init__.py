@@ -1,4 +1,4 @@
-"""Tasks, one for each command: from a recording to a result, live samples and many logs too."""
+"""Tasks, one for each command: results from a recording, from live samples, from many logs."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Replay of an array, as ``zerorate replay --array``: one gyro of many, and each one's results."""
+"""Replay of an array, as ``zerorate replay --array``: many gyros fused into one."""
 
 from __future__ import annotations
 
@@ -62,15 +62,16 @@ class ArrayAllan:
     Parameters
     ----------
     taus : ndarray, shape (m,)
-        Averaging times, s: octaves, and one second or what is closest to it.
+        Averaging times, s: octaves, and one second or the time closest to it.
     sensors : ndarray, shape (N, axes, m)
-        Of each sensor in the axes of the body; NaN where no two clusters in a row are whole.
+        Deviations of each sensor in the axes of the body; NaN where no two clusters in a row are
+        complete.
     mean : ndarray, shape (axes, m)
-        Of the plain mean of all sensors.
+        Deviations of the plain mean of all sensors.
     fused : ndarray, shape (axes, m)
-        Of the array's rate.
+        Deviations of the fused rate.
     second : int
-        Where one second stands among the averaging times.
+        Index of one second in `taus`.
     """
 
     taus: Floats
@@ -80,9 +81,10 @@ class ArrayAllan:
     second: int
 
     def gains(self) -> tuple[Floats, Floats]:
-        """Return the gain over the plain mean and over one sensor, (axes + 1, m), last of all axes.
+        """Return the gains over the plain mean and over one sensor, (axes + 1, m).
 
-        Squares are averaged over the sensors that have one, and over the axes.
+        The last row is for all axes: squared deviations are averaged over the axes and over the
+        sensors that have a deviation.
         """
         squares = [np.concatenate((s, s.mean(axis=0, keepdims=True))) for s in self._squares()]
         single, mean, fused = squares
@@ -100,41 +102,41 @@ class ArrayReplay(Result):
     Parameters
     ----------
     log : ArrayLog
-        What was read.
+        The log of the array.
     rotations : ndarray, shape (N, 3, 3), or None
-        From each sensor's axes to those of the body; None where all are taken as aligned.
+        Rotations from each sensor's axes to the axes of the body; None if all are assumed aligned.
     params : mapping
-        Further arguments that make the array again.
+        Further arguments with which the same `GyroArray` can be made.
     rate : ndarray, shape (n, 3) or (n,)
         The rate of the body, without its bias; NaN where no sensor is left.
     weights : ndarray, shape (n, N)
         Share of each sensor in the rate, the mean over the axes; 0 where it was not used.
     fate : ndarray of int8, shape (n, N)
-        What became of each sample, see `SAMPLE_FATES`.
+        Use of each sample, see `SAMPLE_FATES`.
     disputed : ndarray of bool, shape (n,)
-        Where sensors disagreed and nobody knew which was wrong.
+        True where sensors disagreed and the wrong one could not be identified.
     at_rest : ndarray of bool, shape (n, axes)
-        Where the body rested.
+        True where the body was at rest.
     bias : ndarray, shape (N, 3) or (N,)
-        Of each sensor in its own axes, at the end.
+        Bias of each sensor in its own axes, at the end.
     health : tuple of str
-        Of each sensor at the end.
+        Health of each sensor at the end.
     allan : ArrayAllan or None
-        Allan deviations; None where the body never rested.
+        Allan deviations; None if the body was never at rest.
     speed : float
-        Samples of all sensors a second of computing on one core, with all that is noted.
+        Samples of all sensors processed per second on one core, including the results kept here.
     accel : FusedAccelerometers or None
-        The accelerometers as one; None where the log has none.
+        The fused accelerometers; None if the log has none.
     accel_allan : ArrayAllan or None
         Allan deviations of the accelerometers at rest, in their unit.
     rotation_set : Rotations or None
-        The rotations with their errors, where they were found or read.
+        The rotations with their standard errors, if they were found or read.
     rotations_found : bool
-        True if rotations were found: they are saved, too.
+        True if rotations were found from the motion; `save` then writes them, too.
     remarks : tuple of str
-        Sentences on how the sensors stand to each other.
+        Sentences on the alignment of the sensors with each other.
     alarms : tuple of str
-        What contradicts the recording, a sentence each.
+        Contradictions in the recording, one sentence each.
     """
 
     log: ArrayLog
@@ -168,19 +170,19 @@ class ArrayReplay(Result):
 
     @property
     def shares(self) -> Floats:
-        """Share of the samples of each sensor that came to each of `SAMPLE_FATES`, shape (N, 5)."""
+        """Share of each sensor's samples with each of `SAMPLE_FATES`, shape (N, 5)."""
         return np.stack(
             [(self.fate == kind).mean(axis=0) for kind in range(len(SAMPLE_FATES))], axis=1
         )
 
     @property
     def rest_mask(self) -> Booleans:
-        """Mask of samples in which the body certainly rested about all axes, shape (n,)."""
+        """Mask of samples at which the body was certainly at rest about all axes, shape (n,)."""
         return _certain_rest(self.at_rest, self.log.rate)
 
     @property
     def mean_weights(self) -> Floats:
-        """Mean of the weights at rest, shape (N,); of all samples where there is no rest."""
+        """Mean weights at rest, shape (N,); over all samples if there is no rest."""
         rest_mask = self.rest_mask
         means: Floats = self.weights[rest_mask if rest_mask.any() else slice(None)].mean(axis=0)
         return means
@@ -188,8 +190,7 @@ class ArrayReplay(Result):
     def to_log(self) -> Log:
         """Return the rate of the body as the log of one gyro.
 
-        Its extra columns are acceleration, rest and dispute, and the weight and exclusion of each
-        sensor.
+        Extra columns: acceleration, rest, dispute, and the weight and exclusion of each sensor.
         """
         return replace(self.log.fused(self.rate), extra=self._extra())
 
@@ -232,32 +233,31 @@ def replay_array(
     progress: Progress | None = None,
     **options: Unpack[ArrayArguments],
 ) -> ArrayReplay:
-    """Fuse all gyros of a recording into one, sample by sample as live.
+    """Fuse all gyros of a recording into one, sample by sample as in a live stream.
 
     ``zerorate replay --array`` does the same.
 
     Parameters
     ----------
     source : Recording, Log, ArrayLog, path, data frame or mapping of arrays
-        With several gyros of one body; an ArrayLog is used as it is.
+        Recording with several gyros of one body; an ArrayLog is used unchanged.
     rotations : Rotations, path, array_like of shape (N, 3, 3) or "find", optional
-        Rotations to the axes of the body. "find": from the log's motion. By default
-        all are aligned.
+        Rotations to the axes of the body. "find" estimates them from the motion in the log. By
+        default all sensors are assumed aligned.
     positions : array_like, shape (N, 3), optional
         Positions of the sensors in the axes of the body, m, for the accelerometers of the log, if
         any.
     weights : {"auto", "mean", "white"} or array_like
-        As of `zerorate.GyroArray`.
+        Weights, as in `zerorate.GyroArray`.
     fix : bool
-        Correct a unit or axes of a gyro that the motion contradicts, where that is certain.
+        Correct a gyro's unit or axes where the motion certainly contradicts them.
     progress : callable, optional
-        Called with a step's name and the fraction done.
-        By default a bar in a notebook.
+        Called with the name of the step and the fraction done. By default a notebook shows a bar.
     **options
         Other arguments of `zerorate.GyroArray`: ``limit``, ``rest_limit``, ``bias_limit``,
-        ``scale_error``, ``method``. Where the unit is known, the limits of rest are those of
-        `zerorate.options.LIMITS` unless they are given. Arguments of `zerorate.read_recording`, for
-        a source that is read.
+        ``scale_error``, ``method``. If the unit is known, the limits of rest default to
+        `zerorate.options.LIMITS`. Also arguments of `zerorate.read_recording`, if the source is a
+        file.
 
     Returns
     -------

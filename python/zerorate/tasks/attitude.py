@@ -92,58 +92,60 @@ def estimate_attitude(
     Parameters
     ----------
     source : Recording, path, data frame or mapping of arrays
-        With a gyro and an accelerometer of three axes, and maybe a magnetometer in any unit.
+        Recording with a gyro and an accelerometer of three axes, and optionally a magnetometer in
+        any unit.
     frame : {"enu", "ned", "nwu"}, optional
-        Axes of the earth: east, north, up; north, east, down; or north, west, up. North is the
-        magnetic one, unless `declination` or `at` is given. Default "ned" where the gyro's axes
-        are known to point forward, right, down, as those of a PX4; else "enu".
+        Axes of the earth: east, north, up; north, east, down; or north, west, up. North is magnetic
+        north, unless `declination` or `at` is given. Default: "ned" if the gyro's axes are known to
+        point forward, right, down, as in a PX4 log; otherwise "enu".
     method : str
-        Of `zerorate.Attitude`. "auto" needs no settings.
+        Method of `zerorate.Attitude`. "auto" needs no settings.
     offline : bool
-        Use the whole recording for each sample, later ones too.
+        Use the whole recording for each sample, including later samples.
     mag : bool
         Use a magnetometer, if there is one; without one the heading is relative to the start and
         drifts.
     learn_magnetometer : bool
         Learn the magnetometer's hard iron from the motion, as a live filter can.
     declination : float
-        Angle of magnetic north east of true north, rad: north is then the true one.
+        Angle of magnetic north east of true north, rad. With it, north is true north.
     at : array_like, shape (2,), optional
-        Latitude and longitude, deg, in place of `declination`: it is then that of the World
+        Latitude and longitude, deg, in place of `declination`, which then comes from the World
         Magnetic Model.
     bias_limit : float, optional
         Largest possible bias, rad/s: a steady rate beyond it is a rotation, never a rest. Default
         10 deg/s.
     gyro, accel : str
-        Names of logs: ``"gyro_1"`` and so on; default the only gyro, and the accelerometer of its
+        Names of logs: ``"gyro_1"`` and so on; default: the only gyro, and the accelerometer of its
         device. ``sensor="imu2"`` chooses both by the name of their device.
     calibration : Calibration or path, optional
-        Calibration to correct gyro and accelerometer with, first.
+        Calibration that corrects gyro and accelerometer first.
     magnetometer : MagnetometerCalibration or path, optional
-        Calibration to correct the magnetometer with, first: span by span in its own recording.
+        Calibration that corrects the magnetometer first; in its own recording, span by span.
     clipped : {"auto", "restore", "leave"}
-        Rates that the gyro clipped: restored from their flanks where nothing else explains them;
-        wherever the flanks predict more; or left.
+        Treatment of clipped rates. "auto": restore them from their flanks if nothing else explains
+        them. "restore": restore them wherever the flanks predict larger rates. "leave": do not
+        change them.
     fix : bool
-        Correct a unit or axes of the gyro that the motion contradicts, where that is certain.
+        Correct the gyro's unit or axes where the motion certainly contradicts them.
     reference : Poses, path or sequence of str, optional
-        True orientation from sensor to earth: poses on the clock of the recording, a file of them,
-        whose north is its own, or the four columns w, x, y, z of the source. Default: its columns
-        named like one, such as ``ref_quat_w``.
+        True orientation from sensor to earth: poses on the clock of the recording, a file of poses
+        with any north, or the names of the source's four columns w, x, y, z. Default: columns of
+        the source named like an orientation, such as ``ref_quat_w``.
     reference_offset : float
-        Added to the times of the poses, s.
+        Offset added to the times of the poses, s.
     reference_frame : {"enu", "ned", "nwu"}, optional
         Earth axes of the reference; default `frame`.
     reference_heading : {"aligned", "absolute", "relative"}, optional
-        Comparison of headings: rotated to fit best, by the reference's north, or relative to the
-        first sample. Default "aligned" for poses; else "absolute", or "relative" without a
-        magnetometer.
+        Comparison of headings: "aligned" rotates the reference to the best fit, "absolute" uses the
+        reference's north, "relative" counts headings from the first sample. Default: "aligned" for
+        poses; otherwise "absolute", or "relative" without a magnetometer.
     progress : callable, optional
-        Called with a step's name and the fraction done. By default a bar in a notebook.
+        Called with the name of the step and the fraction done. By default a notebook shows a bar.
     **options
         Constants of named methods of `zerorate.Attitude`: time_constant, kp, ki, beta, gyro_noise,
-        accel_noise, mag_noise, bias_walk; and arguments of `zerorate.read_recording`, for a source
-        that is read.
+        accel_noise, mag_noise, bias_walk; and arguments of `zerorate.read_recording`, if the source
+        is a file.
 
     Returns
     -------
@@ -153,8 +155,8 @@ def estimate_attitude(
     Raises
     ------
     LogError
-        If gyro or accelerometer are missing, not of three axes or not of a known unit, or gravity
-        is absent; contradictions in the recording are in the notes of the error.
+        If gyro or accelerometer is missing, does not have three axes or has no known unit, or if
+        gravity is absent. The notes of the error list contradictions in the recording.
     ValueError
         If an argument is out of range, or has no effect.
 

@@ -80,47 +80,50 @@ def calibrate(
     Parameters
     ----------
     source : Recording, path, data frame or mapping of arrays, optional
-        With a gyro and an accelerometer, each on its own clock; NaN marks missing samples.
+        Recording with a gyro and an accelerometer, each on its own clock; NaN marks missing
+        samples.
     gyro, accel : str, Log or array_like, shape (n, 3), optional
         Names of the logs, if the recording has several; or the samples themselves, with `rate`. An
         array has no unit: gravity and the rotations determine it, and corrected samples are in
         rad/s and m/s^2.
     gravity : float, optional
-        Local gravity, m/s^2. Default 9.80665, which may be wrong by 0.3 %, as is then the scale of
-        the accelerometer.
+        Local gravity, m/s^2. Default 9.80665. The default may be wrong by 0.3 %; the
+        accelerometer's scale then has the same error.
     frame : {"x", "z", "symmetric"}
-        Axes of the body: as of `Calibration`.
+        Axes of the body, as in `Calibration`.
     g_sensitivity : {"auto", True, False}
-        Subtract the g-sensitivity in rotations, too: "auto" if one of its elements differs from
-        zero by three standard errors. It is estimated from rests in any case, unless False.
+        Subtract the g-sensitivity also during rotations. "auto": only if one of its elements
+        differs from zero by three standard errors. Unless False, it is estimated from the static
+        intervals in any case.
     prior : {"datasheet", "wide"}
-        Prior, as of `zerorate.calibration.calibrate`.
+        Prior, as in `zerorate.calibration.calibrate`.
     saturation : float, optional
         End of the gyro's range, raw unit. Default: the largest or smallest value of an axis, if it
         occurs ten times.
     rests : iterable of Rest or (start, stop), optional
-        Rests of the sensor, s. Default: found.
+        Static intervals of the sensor, s. Default: found in the samples.
     temperature : bool
-        Add a model of the gyro's bias by temperature, from the rests of the same recording.
+        Add a model of the gyro's bias by temperature, from the static intervals of the same
+        recording.
     fix : bool
-        Correct a unit or axes of the gyro that the motion contradicts, where that is certain.
+        Correct the gyro's unit or axes where the motion certainly contradicts them.
     progress : callable, optional
-        Called with a step's name and the fraction done. By default a bar in a notebook.
+        Called with the name of the step and the fraction done. By default a notebook shows a bar.
     **reading
-        Arguments of `zerorate.read_recording`, for a source that is read.
+        Arguments of `zerorate.read_recording`, if the source is a file.
 
     Returns
     -------
     Calibration
-        Check `valid` first: if it is False, ``problems`` says why, and ``advice`` what to do. The
-        result has `table`, `plot` and `save`, which takes ``exports=("px4",)``.
+        Check `valid` first: if it is False, ``problems`` gives the reasons, and ``advice`` the
+        remedy. The result has `table`, `plot` and `save`, which takes ``exports=("px4",)``.
 
     Raises
     ------
     CalibrationError
         If there are too few rests and rotations for an estimate.
     LogError
-        If a sensor is missing, does not have three axes, or its unit is wrong, or gravity is
+        If a sensor is missing, does not have three axes or has a wrong unit, or if gravity is
         absent.
     ValueError, TypeError
         If an argument is not as described.
@@ -220,7 +223,7 @@ def calibrate_magnetometer(
     progress: Progress | None = None,
     **reading: Unpack[ReadingArguments],
 ) -> MagnetometerCalibration:
-    """Calibrate a magnetometer from ordinary motion, by the rotation that the gyro measures.
+    """Calibrate a magnetometer from ordinary motion, using the rotation that the gyro measures.
 
     The recording is checked and corrected first. ``zerorate calibrate --magnetometer`` does the
     same.
@@ -228,24 +231,25 @@ def calibrate_magnetometer(
     Parameters
     ----------
     source : Recording, path, data frame or mapping of arrays
-        With gyro, accelerometer and a magnetometer in any unit. Without a gyro a sphere is fitted,
-        which needs all directions and a constant field; a note says so.
+        Recording with gyro, accelerometer and a magnetometer in any unit. Without a gyro a sphere
+        is fitted. The sphere needs samples in all directions and a constant field; a note says so.
     gyro : str
-        Name of the gyro, of several; default the first.
+        Name of the gyro, if there are several; default the first.
     one : bool
         Assume one hard iron for the whole record, because nobody touched the device. By default
         several are fitted where that leaves clearly less scatter, as for a magnet that comes and
         goes.
     field, dip : float, optional
-        Strength of the local field, uT, and its angle below the level, rad: a result that
+        Strength of the local field, uT, and its angle below the horizontal, rad. A result that
         contradicts them is not valid.
     place : tuple of float, optional
-        Latitude and longitude, deg, and maybe height, m: `zerorate.geometry.earth_field` then gives
-        field and dip. Default: the recording's positions, if any, and if pygeomag is installed.
+        Latitude and longitude, deg, and optionally height, m: `zerorate.geometry.earth_field` then
+        computes field and dip. Default: the recording's position, if it has one and pygeomag is
+        installed.
     progress : callable, optional
-        Called with a step's name and the fraction done. By default a bar in a notebook.
+        Called with the name of the step and the fraction done. By default a notebook shows a bar.
     **reading
-        Arguments of `zerorate.read_recording`, for a source that is read.
+        Arguments of `zerorate.read_recording`, if the source is a file.
 
     Returns
     -------
@@ -257,10 +261,10 @@ def calibrate_magnetometer(
     Raises
     ------
     LogError
-        Without accelerometer (unless there is no gyro either) or magnetometer, or with less than
-        ten seconds of them.
+        If there is no magnetometer, or a gyro but no accelerometer, or less than ten seconds of
+        data.
     ValueError
-        If ``field`` or ``dip`` are impossible on earth, or ``place`` is no place.
+        If ``field`` or ``dip`` are impossible on earth, or ``place`` is not a position on earth.
     ImportError
         If ``place`` is given and pygeomag is not installed.
 
@@ -302,9 +306,9 @@ class Corrected(Result):
     Parameters
     ----------
     recording : Recording
-        Its gyro and accelerometer are corrected.
+        The recording with corrected gyro and accelerometer.
     alarms : tuple of str
-        What contradicts the recording, a sentence each.
+        Contradictions in the recording, one sentence each.
 
     Examples
     --------
@@ -329,11 +333,11 @@ class Corrected(Result):
         return notes_on(self.recording)
 
     def to_log(self) -> Log:
-        """Return the logs on the clock of the first one, as one."""
+        """Return all logs that share the clock of the first log, as one log."""
         return next(iter(self.tables().values()))
 
     def tables(self) -> dict[str, Log]:
-        """Return the logs by how the names of their files end: those on one clock are one."""
+        """Return the logs by the ending of their file names; logs on one clock form one table."""
         groups: dict[str, list[Log]] = {}
         for name, log in self.recording.items():
             candidates = (group for group in groups.values() if _has_clock_of(group, log))
@@ -366,21 +370,21 @@ def correct(
     accel: str | None = None,
     **reading: Unpack[ReadingArguments],
 ) -> Corrected:
-    """Correct a recording by a calibration, as ``zerorate calibrate --apply`` does.
+    """Correct a recording with a calibration, as ``zerorate calibrate --apply`` does.
 
-    Clipped rates are left as they are, and acceleration without gravity is accepted.
+    Clipped rates are not changed, and acceleration without gravity is accepted.
 
     Parameters
     ----------
     source : Recording, path, data frame or mapping of arrays
-        With a gyro, an accelerometer or both, raw as in the calibration.
+        Recording with a gyro, an accelerometer or both, raw as in the calibration.
     calibration : Calibration or path
         Calibration to apply.
     gyro, accel : str, optional
-        Names of the two in the recording. Default: the sensors of the calibration, by their
-        columns, or the first.
+        Names of the two logs in the recording. Default: the sensors with the calibration's columns,
+        or else the first sensors.
     **reading
-        Arguments of `zerorate.read_recording`, for a source that is read.
+        Arguments of `zerorate.read_recording`, if the source is a file.
 
     Returns
     -------
@@ -425,7 +429,7 @@ def correct(
 def compare_with_earlier(
     calibration: Calibration, earlier: Calibration | Path_
 ) -> CalibrationComparison:
-    """Return the change of each parameter since an earlier calibration, which comes first."""
+    """Return the change of each parameter from an earlier calibration (first argument)."""
     old = calibration_of(earlier)
     units = {"gyro": calibration.gyro_units[0], "accel": calibration.accel_units[0]}
     return compare_calibrations(old.to_frame(calibration.frame).in_units(**units), calibration)
@@ -440,7 +444,7 @@ def files_of(
 ) -> Files:
     """Return the files of a calibration: JSON, files for other programs, figures.
 
-    One that is not valid is not exported, unless `doubtful` says so.
+    A calibration that is not valid is exported only with `doubtful`.
     """
     check_exports(exports, tuple(EXPORTS))
     written_exports = [export for export in exports if calibration.valid or doubtful]
@@ -456,7 +460,7 @@ def files_of(
 
 
 def check_exports(exports: Sequence[str], supported: Sequence[str]) -> None:
-    """Raise ValueError for a program that no file is written for."""
+    """Raise ValueError for a program without an export."""
     for export in exports:
         if export not in supported:
             raise ValueError(
@@ -467,7 +471,7 @@ def check_exports(exports: Sequence[str], supported: Sequence[str]) -> None:
 
 
 def unusable(found: MagnetometerCalibration) -> Sequence[str]:
-    """Return the reason why a magnetometer's calibration is useless, if so."""
+    """Return the reason why a magnetometer's calibration is useless; empty if it is not."""
     if found.problems:
         return found.problems[:1]
     if not found.applied and not any(one.identifiable for one in found.hard_iron):

@@ -55,9 +55,9 @@ class Characterised(Result):
     Parameters
     ----------
     sensors : tuple of Characterisation
-        Curve and models of the gyros, of the accelerometers.
+        Curves and models of the gyros and of the accelerometers.
     alarms : tuple of str
-        What contradicts the recording, a sentence each.
+        Contradictions in the recording, one sentence each.
 
     Examples
     --------
@@ -84,12 +84,12 @@ class Characterised(Result):
 
     @property
     def gyro(self) -> Characterisation | None:
-        """The gyros; None without."""
+        """The noise of the gyros; None if there are none."""
         return self._of_kind("gyro")
 
     @property
     def accel(self) -> Characterisation | None:
-        """The accelerometers; None without."""
+        """The noise of the accelerometers; None if there are none."""
         return self._of_kind("accel")
 
     def _of_kind(self, kind: str) -> Characterisation | None:
@@ -117,12 +117,12 @@ class Characterised(Result):
             Replace existing files.
         bounds : bool
             Export the upper bound of a coefficient that the log does not determine. False leaves
-            its line out, which Kalibr and ORB-SLAM3 do not accept.
+            its line out; Kalibr and ORB-SLAM3 do not accept such a file.
         doubtful : bool
             Export numbers of a log that moved or is too short, with a warning in the file.
         export : str or iterable of str
-            Files for estimators, of the worst axis: some of kalibr, vins, orbslam3, px4, ros; json
-            has the models of all axes.
+            Files for estimators, with the numbers of the worst axis: any of kalibr, vins, orbslam3,
+            px4, ros. json has the models of all axes.
         inflate : float
             Factor on the numbers of the exports.
         per_sample : bool
@@ -133,7 +133,7 @@ class Characterised(Result):
         Raises
         ------
         ValueError
-            If an export is refused.
+            If an export is not possible.
         """
         choices |= {"export": export, "inflate": inflate, "per_sample": per_sample}
         return super().save(output, force=force, bounds=bounds, doubtful=doubtful, **choices)
@@ -146,7 +146,7 @@ class Characterisations(Result):
     Parameters
     ----------
     results : mapping of str to Characterised
-        By the names of the recordings.
+        Results by the names of the recordings.
     """
 
     results: Mapping[str, Characterised]
@@ -167,15 +167,15 @@ def characterise(
 ) -> Characterised:
     """Measure the noise of gyros and accelerometers from a recording at rest.
 
-    The recording is checked first; samples stay as they were measured. ``zerorate allan`` does the
-    same; `zerorate.allan` gives the deviations alone.
+    The recording is checked first; samples are not changed. ``zerorate allan`` does the same;
+    `zerorate.allan` gives the deviations alone.
 
     Parameters
     ----------
     source : Recording, Log, path, data frame or mapping of arrays
-        With gyros, accelerometers, or both.
+        Recording with gyros, accelerometers, or both.
     kind : str
-        Kind of deviation, as of `zerorate.allan`.
+        Kind of deviation, as in `zerorate.allan`.
     taus : str or sequence of float
         Averaging times: "octave", "decade", "all", or seconds.
     bridge : int
@@ -187,11 +187,11 @@ def characterise(
     second_opinion : bool
         Estimate the coefficients from the spectrum as well.
     fix : bool
-        Correct a unit or axes of the gyro that a motion contradicts, where that is certain.
+        Correct the gyro's unit or axes where a motion certainly contradicts them.
     progress : callable, optional
-        Called with a step's name and the fraction done. By default a bar in a notebook.
+        Called with the name of the step and the fraction done. By default a notebook shows a bar.
     **reading
-        Arguments of `zerorate.read_recording`, for a source that is read.
+        Arguments of `zerorate.read_recording`, if the source is a file.
 
     Returns
     -------
@@ -201,7 +201,7 @@ def characterise(
     Raises
     ------
     LogError
-        If there is no sensor, the log has fewer than 20 samples, or a column has none.
+        If there is no sensor, the log has fewer than 20 samples, or a column has no samples.
     ValueError
         If an argument is not as described.
 
@@ -274,9 +274,9 @@ def _join_logs(logs: Sequence[Log]) -> Log:
 
 
 def parse_exports(export: str | Iterable[str], inflate: float, per_sample: bool) -> list[str]:
-    """Return the names of exports, each once; ValueError for options that none of them uses.
+    """Return the names of exports, each once; ValueError for options that no export uses.
 
-    `export`: names, with commas between or as a sequence.
+    `export`: names, separated by commas or as a sequence.
     """
     words = export.split(",") if isinstance(export, str) else list(export)
     names = list(dict.fromkeys(word.strip() for word in words if export))
@@ -312,13 +312,13 @@ def export_texts(
     bounds: bool = True,
     doubtful: bool = False,
 ) -> tuple[dict[str, str], list[str]]:
-    """Return the texts of exports by their names, and why others are refused.
+    """Return the texts of exports by name, and the reasons why others are not possible.
 
     Raises
     ------
     ValueError
-        If a name is not known, an option acts on no export, or the unit of the samples is needed
-        and not known.
+        If a name is not known, no export uses an option, or an export needs the unit of the samples
+        and it is not known.
     """
     texts: dict[str, str] = {}
     refused: dict[str, list[str]] = {}
@@ -340,7 +340,7 @@ def export_texts(
 def describe_missing_numbers(
     result: Characterised, exports: Iterable[str], bounds: bool = True
 ) -> list[str]:
-    """Return the numbers of exports that are bounds or left out, and advice for the next record."""
+    """Return the exported numbers that are bounds or missing, and advice for the next record."""
     kinds = set(exports) - {_JSON}
     if not kinds:
         return []
@@ -420,7 +420,7 @@ def _worst_model(sensors: Sequence[Characterisation], quantity: str) -> NoiseMod
 def files_of(result: Characterised, **exports: Any) -> Files:  # noqa: ANN401
     """Return the files of a characterisation: curves, exports and a figure.
 
-    `exports`: arguments of `export_texts`; ValueError if one is refused.
+    `exports`: arguments of `export_texts`; ValueError if an export is not possible.
     """
     texts, refused = export_texts(result, exports.pop("export", ()), **exports)
     if refused:

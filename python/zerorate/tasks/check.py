@@ -19,22 +19,23 @@ def check(
 ) -> Checks:
     """Check the units, signs and axes of a recording's sensors against its motion.
 
-    The accelerometer's force is rotated by the gyro: only if unit and axes of the gyro are right,
-    gravity is constant in the fixed frame. The same holds for a magnetometer's field. Quantities
-    that the motion does not show are left open, and nothing is corrected. Every task does this
-    check first.
+    The accelerometer's force is rotated by the gyro into a fixed frame: gravity is constant there
+    only if unit and axes of the gyro are right. The same holds for a magnetometer's field.
+    Quantities that the motion does not show stay undecided, and nothing is corrected. Every task
+    does this check first.
 
     Parameters
     ----------
     source : Recording, path, data frame or mapping of arrays
-        With a gyro and an accelerometer of three axes, of 10 Hz or more, and maybe a magnetometer.
+        Recording with a gyro and an accelerometer of three axes, at 10 Hz or more, and optionally a
+        magnetometer.
     gyro, accel : str
-        Names of logs: ``"gyro_1"`` and so on; default the only gyro, and the accelerometer of its
+        Names of logs: ``"gyro_1"`` and so on; default: the only gyro, and the accelerometer of its
         device. ``sensor="imu2"`` chooses both by the name of their device.
     scale_errors : bool
-        Look for scale errors and a delay of the gyro, too. Default yes.
+        Also look for scale errors and a delay of the gyro. Default True.
     **reading
-        Arguments of `zerorate.read_recording`, for a source that is read.
+        Arguments of `zerorate.read_recording`, if the source is a file.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Corrections of a recording's sensors: calibrations, or files of them."""
+"""Corrections of a recording's sensors: calibrations or calibration files."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ def correction_of(
     magnetometer: MagnetometerCalibration | _Path | None = None,
     **names: str | None,
 ) -> Callable[[Recording], Recording] | None:
-    """Return the function that takes known errors off a recording; None if none are known.
+    """Return the function that removes known errors of a recording; None if none are known.
 
     Parameters
     ----------
     calibration : Calibration or path, optional
-        Of gyro and accelerometer.
+        Calibration of gyro and accelerometer.
     magnetometer : MagnetometerCalibration or path, optional
-        Hard and soft iron of the magnetometer.
+        Calibration of the magnetometer's hard and soft iron.
     **names
-        The logs ``gyro`` and ``accel``; None for the usual ones.
+        Names of the logs ``gyro`` and ``accel``; None for the default logs.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def calibration_of(calibration: Calibration | _Path) -> Calibration: ...
 @overload
 def calibration_of(calibration: Calibration | _Path | None) -> Calibration | None: ...
 def calibration_of(calibration: Calibration | _Path | None) -> Calibration | None:
-    """Return a calibration, read from a file where it is the path of one."""
+    """Return a calibration; read it if the argument is a path."""
     if calibration is None or isinstance(calibration, Calibration):
         return calibration
     with _as_log_errors():

@@ -19,7 +19,7 @@ CURVE_FORMATS: Final = ("csv", "json", "npz")
 
 
 def write_curves(curves: Sequence[AllanResult], path: Path) -> None:
-    """Write every axis of curves, by the suffix: a row an averaging time, or an array each."""
+    """Write all axes of curves: by the suffix, one row per averaging time or one array each."""
     suffix = path.suffix.lower()
     if suffix == ".csv":
         _write_csv(curves, path)

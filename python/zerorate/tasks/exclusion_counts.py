@@ -1,4 +1,4 @@
-"""Samples that a filter left out although they were there, by axis, and how to say it."""
+"""Counts of present samples that a filter left out, by axis, and their sentences."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -17,11 +17,11 @@ class ExclusionCounts:
     Parameters
     ----------
     saturated_count : ndarray of int64
-        Samples at the end of the sensor's range, which are missing.
+        Samples at the end of the sensor's range, which count as missing.
     outlier_count : ndarray of int64
         Samples too far from their neighbours to be believed.
     stuck_count : ndarray of int64
-        Samples of a sensor that gave the same again and again.
+        Samples of a sensor that repeated the same value.
     """
 
     saturated_count: Integers
@@ -30,12 +30,12 @@ class ExclusionCounts:
 
     @classmethod
     def of(cls, filter_: DriftFilter) -> Self:
-        """Return the counts of a filter to date."""
+        """Return the counts of a filter up to now."""
         counts = (filter_.saturated_count, filter_.outlier_count, filter_.stuck_count)
         return cls(*(np.atleast_1d(np.asarray(count, np.int64)) for count in counts))
 
     def sentences(self, names: Sequence[str], samples: int, limit: float | None) -> Iterator[str]:
-        """Yield a sentence on each kind of which there are any, of so many samples an axis."""
+        """Yield a sentence on each count above zero, given the number of samples per axis."""
         beyond = "" if limit is None else f", at or beyond the limit of {limit:g}"
         kinds = (
             (f"saturated{beyond}, so missing", self.saturated_count),

@@ -36,13 +36,13 @@ class Identified(Result):
     Parameters
     ----------
     axes : tuple of Identification
-        What was found out about each axis.
+        Tests and models of each axis.
     source : str
         Name of the log.
     notes : tuple of str
         Sentences on the log, and on axes that were left out.
     alarms : tuple of str
-        What contradicts the log, a sentence each.
+        Contradictions in the log, one sentence each.
 
     Examples
     --------
@@ -106,37 +106,38 @@ def identify(
 ) -> Identified:
     """Find an ARMA model of the drift of each axis of a gyro at rest, and test it.
 
-    The recording is checked first; rates stay as they were measured. ``zerorate identify`` does the
-    same; `zerorate.identification.identify` takes the record of one axis.
+    The recording is checked first; rates are not changed. ``zerorate identify`` does the same;
+    `zerorate.identification.identify` takes the record of one axis.
 
     Parameters
     ----------
     source : Recording, Log, path, data frame or mapping of arrays
-        With a gyro.
+        Recording with a gyro.
     order : (int, int), optional
-        Order p, q of the model; by default the clear choice of the criterion.
+        Orders p, q of the model. Default: chosen by the criterion.
     criterion : str
         Criterion for the orders: "fpe", "aic", "aicc", "bic" or "hq".
     max_order : int
         Largest order of the autoregressive models.
     estimator : str
-        Of the ARMA model: "css", the conditional sum of squares, or "exact", the likelihood.
+        Estimator of the ARMA model: "css" (conditional sum of squares) or "exact" (exact
+        likelihood).
     segments : int
-        Parts of the record that the tests of stationarity compare.
+        Number of parts of the record that the tests of stationarity compare.
     outliers : {"hampel", "moving-average"}, optional
-        Replacement of outliers, first.
+        Method that replaces outliers first.
     smooth : int
-        Samples of a moving average, applied first.
+        Length of a moving average that is applied first, samples.
     decimate : int
-        Keep every so many-th sample, after a low-pass.
+        Factor by which the sampling rate is reduced, after a low-pass filter.
     trend : {"mean", "linear"}, optional
         Trend to subtract first.
     fix : bool
-        Correct a unit or axes of the gyro that a motion contradicts, where that is certain.
+        Correct the gyro's unit or axes where a motion certainly contradicts them.
     progress : callable, optional
-        Called with a step's name and the fraction done. By default a bar in a notebook.
+        Called with the name of the step and the fraction done. By default a notebook shows a bar.
     **reading
-        Arguments of `zerorate.read_log`, for a source that is read.
+        Arguments of `zerorate.read_log`, if the source is a file.
 
     Returns
     -------

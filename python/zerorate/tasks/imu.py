@@ -1,4 +1,4 @@
-"""The gyro of a source and its accelerometer, prepared, of which a block at a time is in memory."""
+"""The prepared gyro of a source and its accelerometer, read one block at a time."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ class Imu:
     Attributes
     ----------
     gyro : LogFile
-        The gyro, of as many axes as were chosen.
+        The gyro, with the chosen axes.
     accel : LogFile or None
         Its accelerometer of three axes, if there is one.
     alarms : tuple of str
-        What contradicts them, by the first million samples.
+        Contradictions, from the first million samples.
     """
 
     gyro: LogFile
@@ -105,9 +105,9 @@ class Imu:
         return str(self.gyro.header.meta.get("source", "the log"))
 
     def prepare_sensors(self, choices: Choices) -> Imu:
-        """Return the sensors after the preparation of their beginning.
+        """Return the sensors, corrected as the check of their first samples requires.
 
-        What it puts right there is put right in every block.
+        These corrections apply to every block.
         """
         try:
             logs = {"gyro": _read_beginning(self.gyro)}
@@ -122,7 +122,7 @@ class Imu:
 
 
 def prepare_imu(source: Source, reading: Mapping[str, Any], choices: Choices) -> PreparedRecording:
-    """Return the gyro of a source and its accelerometer in memory, as `Imu.of` finds them."""
+    """Return the gyro of a source and its accelerometer as `Imu.of` does, but in memory."""
     if isinstance(source, Recording | Log):
         return prepare(one_imu_of(source, reading), choices)
     files = zip(("gyro", "accel"), _open_files(source, reading), strict=True)

@@ -21,10 +21,10 @@ _SIGNALS: Final = (signal.SIGINT, *_END_SIGNALS)
 
 @contextmanager
 def block_child_interrupts() -> Iterator[None]:
-    """Start processes here that never see an interrupt; one that comes meanwhile is kept.
+    """Start processes here that never receive an interrupt; hold back interrupts meanwhile.
 
-    Ctrl-C reaches every process of a terminal: here it is for the one that leads. Threads that are
-    started here pass that on to the processes that they start later.
+    Ctrl-C reaches every process of a terminal, but only the main process must react. Processes
+    started later by threads from here do not receive it either.
     """
     if sys.platform == "win32":
         yield
@@ -62,7 +62,7 @@ def run_in_background(work: Callable[[], T]) -> T:
 
 
 class TerminationHandler:
-    """Lets the signals that end a process do so as an interrupt does: what is begun is removed."""
+    """Turns signals that end a process into interrupts, so that unfinished files are removed."""
 
     def __init__(self) -> None:
         self.number = INTERRUPT
@@ -128,7 +128,7 @@ class SignalInterrupt(Exception):
 class Interrupts:
     """Lets signals raise only while a stream waits for its next sample.
 
-    A sample is thus taken and answered, or not taken at all, and the state can be saved.
+    So each sample is either answered or not read, and the state can be saved.
     """
 
     def __init__(self) -> None:
@@ -137,7 +137,7 @@ class Interrupts:
 
     @contextmanager
     def catch_signals(self) -> Iterator[None]:
-        """Catch signals in the body; only the main thread gets any."""
+        """Catch signals in the body of ``with``; only the main thread receives any."""
         if threading.current_thread() is not threading.main_thread():
             yield
             return

@@ -86,15 +86,15 @@ class Navigation(Result):
     track : Track
         Position, velocity, attitude and biases at every sample, with standard deviations.
     start : Alignment
-        Where the filter began.
+        State in which the filter began.
     nis : ndarray, shape (fixes, 2)
         Normalised innovations squared of positions and velocities.
     outages : Outages or None
-        Errors without the receiver, if lengths were given.
+        Errors in outages of the receiver, if lengths were given.
     truth : Poses, Fixes or None
         The true track to compare with.
     alarms : tuple of str
-        What contradicts the recording, a sentence each.
+        Contradictions in the recording, one sentence each.
 
     Examples
     --------
@@ -128,8 +128,8 @@ class Navigation(Result):
         Returns
         -------
         tuple
-            Errors of places, of steps of a second where orientations are known, and a sentence on
-            how the track was fitted.
+            Errors of positions, errors of one-second steps if orientations are known, and a
+            sentence on the alignment of the tracks.
         """
         truth = self.truth
         if truth is None:
@@ -145,11 +145,11 @@ class Navigation(Result):
         return position_errors, steps, f"turned by {angle:.2f} deg about the vertical, and shifted"
 
     def poses(self) -> Poses:
-        """Return place and orientation at every sample, of `Track.poses`."""
+        """Return position and orientation at every sample, as `Track.poses` does."""
         return self.track.poses()
 
     def to_log(self) -> Log:
-        """Return the track as a log, of `Track.to_log`."""
+        """Return the track as a log, as `Track.to_log` does."""
         return self.track.to_log()
 
     def plot(self, panels: Literal["usual", "all"] = "usual") -> Figure:
@@ -158,7 +158,7 @@ class Navigation(Result):
         Parameters
         ----------
         panels : {"usual", "all"}
-            The usual panels, six at most, or all.
+            The usual panels, at most six, or all panels.
         """
         from zerorate.views import figure_of
 
@@ -250,8 +250,8 @@ def navigate(
     fixes : Fixes or path, optional
         Fixes of the receiver; by default those in the recording.
     mount : array_like, shape (3, 3), "auto" or "none"
-        Rotation from the sensors' axes to forward, right, down. "auto": by metadata, or else by the
-        motion. "none": the sensors' axes are the body's.
+        Rotation from the sensors' axes to forward, right, down. "auto": from the metadata, or else
+        from the motion. "none": the sensors' axes are the body's.
     antenna : array_like, shape (3,), optional
         Vector from the sensors to the antenna, m forward, right, down; the estimate starts from it.
     time_offset : float, TimeOffset or "auto"
@@ -260,8 +260,8 @@ def navigate(
         Heading at the start, rad from north over east, or "course": the direction of the first
         motion. By default the motion determines it.
     rest : tuple of float, optional
-        Rest at the start, s after the first sample. Default: found; without a rest the filter
-        starts in motion.
+        Start and end of the rest at the start, s after the first sample. Default: found; without a
+        rest the filter starts in motion.
     smooth : bool
         Use later fixes too (forward-backward pass).
     outages : float or sequence of float
@@ -274,30 +274,31 @@ def navigate(
         Speed of the wheels, m/s, or their ticks: a column of the source, or values at the gyro's
         samples. Implies a wheeled vehicle.
     tick : float, optional
-        Metres a tick; by default from the receiver's speed.
+        Metres per tick; by default from the receiver's speed.
     gyro_noise, accel_noise : NoiseModel or path, optional
-        Default: those of a consumer sensor.
+        Noise of the sensors. Default: the noise of consumer sensors.
     noise : {"auto", "stated"}
         Process noise of the filter. "auto": fitted so that coasting errors agree with the filter's
-        standard deviations (`zerorate.navigation.find_noise`); given models are only raised.
-        "stated": that of the models.
+        standard deviations (`zerorate.navigation.find_noise`); the noise of given models is only
+        raised. "stated": the noise of the models.
     calibration : Calibration or path, optional
-        Calibration to correct gyro and accelerometer with, first.
+        Calibration that corrects gyro and accelerometer first.
     clipped : {"auto", "restore", "leave"}
-        Rates that the gyro clipped: restored from their flanks where nothing else explains them;
-        wherever the flanks predict more; or left.
+        Treatment of clipped rates. "auto": restore them from their flanks if nothing else explains
+        them. "restore": restore them wherever the flanks predict larger rates. "leave": do not
+        change them.
     fix : bool
-        Correct a unit or axes of the gyro that the motion contradicts, where that is certain.
+        Correct the gyro's unit or axes where the motion certainly contradicts them.
     reference : Poses, Fixes or path, optional
         The true track to compare with.
     reference_offset : float
         Offset to add to the times of the reference, s.
     progress : callable, optional
-        Called with a step's name and the fraction done. By default a bar in a notebook.
+        Called with the name of the step and the fraction done. By default a notebook shows a bar.
     **options
         Further options of `zerorate.NavigationFilter`: gate, adapt, covariance_step, kind,
-        antenna_sigma, wheel_sigma, speed_sigma; and arguments of `zerorate.read_recording`, for a
-        source that is read.
+        antenna_sigma, wheel_sigma, speed_sigma; and arguments of `zerorate.read_recording`, if the
+        source is a file.
 
     Returns
     -------
@@ -307,8 +308,8 @@ def navigate(
     Raises
     ------
     LogError
-        If a sensor or the fixes are missing, gravity is absent, or the filter does not begin;
-        contradictions in the recording are in the notes of the error.
+        If a sensor or the fixes are missing, gravity is absent, or the filter does not begin. The
+        notes of the error list contradictions in the recording.
     ValueError
         If an argument is out of range.
 
@@ -484,7 +485,7 @@ def _load_truth(reference: Poses | Fixes | PathLike, offset: float) -> Poses | F
 def files_of(
     result: Navigation, *, tum: bool = False, panels: Literal["usual", "all"] = "usual"
 ) -> Files:
-    """Return the files of a navigation: log, maps and figure; with `tum` the poses as well."""
+    """Return the files of a navigation: log, maps and figure; with `tum` also the poses."""
     writers: list[Writer] = [
         lambda path: write_log(result.to_log(), path),
         lambda path: write_geojson(path, result.track, force=True),

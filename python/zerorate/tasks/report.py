@@ -67,26 +67,26 @@ def report(
     """Report on the IMU of a recording: clock, samples, rests, noise, vibration, axes.
 
     Each finding states an observation, never its cause, with a number, its standard error if known,
-    the time of its data, and advice for the next recording. Severities come from
+    the time span of its data, and advice for the next recording. Severities come from
     ``zerorate.findings.LIMITS``. ``zerorate report`` does the same.
 
     Parameters
     ----------
     source : Recording, path, data frame or mapping of arrays
-        With a gyro or an accelerometer of three axes.
+        Recording with a gyro or an accelerometer of three axes.
     after : Recording, path, data frame or mapping of arrays, optional
-        A later recording of the same device, to compare.
+        A later recording of the same device, to compare with.
     fixes : Fixes or path, optional
         Fixes of a receiver on the same body; by default those in the recording, if any.
     progress : callable, optional
-        Called with the section and the part done, 0 to 1.
+        Called with the name of the section and the fraction done.
     **reading
-        Arguments of `zerorate.read_recording`, for a source that is read.
+        Arguments of `zerorate.read_recording`, if the source is a file.
 
     Returns
     -------
     Report or BeforeAfter
-        The findings; for two recordings the new, gone, worse, better and different ones.
+        The findings; for two recordings the new, gone, worse, better and changed findings.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""The files that a result is saved as: named after its log, written together, all or none.
+"""Files of a result: named after its log, written together, all or none.
 
-`save` writes what the command of the same name writes with ``-o``.
+`save` writes the same files as the corresponding command with ``-o``.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _OTHER_SUFFIXES: Final = (
 
 
 class SavableResult(Protocol):
-    """A result that is saved: it knows which recording it is of."""
+    """A result that can be saved: it has the name of its recording."""
 
     @property
     def source(self) -> str:
@@ -52,20 +52,20 @@ class Files(NamedTuple):
     Attributes
     ----------
     ending : str
-        Of the names of its files, after that of the log: ``-zerorate-attitude``.
+        Ending of the file names, after the name of the log: ``-zerorate-attitude``.
     first : str
-        Suffix of the first file, with its dot; "" where its format can be chosen.
+        Suffix of the first file, with its dot; "" if its format can be chosen.
     data : sequence of Writer
-        Of the first file, and of the others.
+        Writers of the first file and of the others.
     others : sequence of str
-        How the names of the other files end, with their suffixes; one that ends in a dot is a log
-        in the format of the first file.
+        Endings of the other files' names, with suffixes; an ending with a final dot is a log in the
+        format of the first file.
     figures : mapping of str to Writer
-        Of the figures, by how their names end before the suffix.
+        Writers of the figures, by the ending of their names before the suffix.
     stem : str
-        What the names begin with; "" for the name of the source.
+        Beginning of the names; "" for the name of the source.
     formats : sequence of str
-        Formats of the first file, by their suffixes, where it can be chosen; the usual one first.
+        Suffixes of the possible formats of the first file, if it can be chosen; the default first.
     """
 
     ending: str
@@ -77,7 +77,7 @@ class Files(NamedTuple):
     formats: Sequence[str] = LOG_FORMATS
 
     def in_format(self, format: str) -> Files:
-        """Return the files with the format of the logs among them."""
+        """Return the files with this format for the logs."""
         ends = [f"{end}{format}" if end.endswith(".") else end for end in self.others]
         return self._replace(others=ends)
 
@@ -104,7 +104,7 @@ _FILES: Final[dict[str, str]] = {
 
 
 def files_of(result: object, **choices: object) -> Files:
-    """Return the files of a result; TypeError if its class is not saved."""
+    """Return the files of a result; TypeError if its class cannot be saved."""
     for base in type(result).__mro__:
         name = f"{base.__module__}.{base.__qualname__}".removeprefix("zerorate.")
         if name in _FILES:
@@ -151,14 +151,14 @@ def _possible_suffixes(files: Files) -> list[str]:
 
 @dataclass(frozen=True)
 class Destination:
-    """Destination of a result's files, which share a name but for its ending.
+    """Destination of a result's files, whose names differ only in their endings.
 
     Attributes
     ----------
     base : Path
-        The files without their suffixes.
+        Common path of the files, without their endings.
     named_suffix : str
-        Suffix of the file that was named, without its dot; empty where that was a folder.
+        Suffix of the named file, without its dot; empty if a folder was named.
     """
 
     base: Path
@@ -168,7 +168,7 @@ class Destination:
     def of(cls, output: str, default_name: str, suffixes: Iterable[str]) -> Self:
         """Return the destination.
 
-        A folder that exists is one, and so is what ends as one or in no suffix of a file.
+        A path is a folder if it exists as one, ends with a slash, or has no suffix of a file.
 
         Parameters
         ----------
@@ -177,12 +177,12 @@ class Destination:
         default_name : str
             Name of the files in a folder.
         suffixes : iterable of str
-            Those that are written, without dots.
+            Suffixes of the written files, without dots.
 
         Raises
         ------
         ValueError
-            For the name of a file of another kind.
+            If a file with another suffix is named.
         """
         path, allowed = Path(output), list(suffixes)
         suffix = path.suffix.lower().removeprefix(".")
@@ -200,7 +200,7 @@ class Destination:
         return cls(path.with_suffix(""), suffix)
 
     def choose(self, option: str, requested: str | None, formats: Sequence[str]) -> str:
-        """Return the format by the file that was named, by the option, or the usual one."""
+        """Return the format from the named file, from the option, or the default."""
         by_name = self.named_suffix if self.named_suffix in formats else None
         if requested is not None and by_name not in (None, requested):
             raise ValueError(
@@ -214,18 +214,18 @@ class Destination:
         return by_name or requested or formats[0]
 
     def of_part(self, ending: str) -> Self:
-        """Return the destination for a part of the log, whose names end so."""
+        """Return the destination for a part of the log, with this ending of the names."""
         return replace(self, base=self.file(ending))
 
     def files(
         self, first: str, others: Iterable[str], figures: Iterable[str], force: bool
     ) -> Outputs:
-        """Return the files of these endings."""
+        """Return the files with these endings."""
         further, drawn = (tuple(map(self.file, endings)) for endings in (others, figures))
         return Outputs(self.file(first), drawn, force, further)
 
     def file(self, ending: str) -> Path:
-        """Return the file of this ending."""
+        """Return the file with this ending."""
         return Path(f"{self.base}{ending}")
 
 
@@ -234,7 +234,7 @@ _OUTPUT: Final = keyword_argument("destination", "", "output")
 
 @dataclass(frozen=True)
 class Outputs:
-    """The files of a result: the first, further ones, and figures; all are written, or none.
+    """The files of a result: the first, others, and figures; all or none are written.
 
     Attributes
     ----------
@@ -266,7 +266,7 @@ class Outputs:
     def save(self, files: Files, progress: Progress, done: float = 0.0) -> list[Path]:
         """Write the files of a result and return the paths; see `write`.
 
-        Files that the result has not, such as exports of doubtful numbers, are not written.
+        Files that the result does not have, such as exports of doubtful numbers, are not written.
         """
         present = tuple(
             ending for ending in self.others if str(ending).endswith(tuple(files.others))
@@ -282,18 +282,18 @@ class Outputs:
         progress: Progress,
         done: float = 0.0,
     ) -> None:
-        """Draw the figures while another thread writes the data, which no figure delays or costs.
+        """Draw the figures while another thread writes the data.
 
         Parameters
         ----------
         writers : sequence of callable
-            Of the first file, and of each further one.
+            Writers of the first file, and of each other file.
         draw : callable or sequence of callable
-            Of the figure, or of each.
+            Function that draws the figure, or one for each figure.
         progress : callable
-            Called with a step's name and the fraction done.
+            Called with the name of the step and the fraction done.
         done : float
-            Fraction that was done before.
+            Fraction done before this step.
 
         Raises
         ------
@@ -337,16 +337,16 @@ def check_paths(
     paths : sequence of Path
         The files.
     force : bool
-        Replace those that exist.
+        Replace existing files.
     log, *read : Path, optional
-        Files that are read, and so not replaced.
+        Files that are read, and therefore must not be replaced.
 
     Raises
     ------
     ValueError
-        If a file to be written is one that is read.
+        If a file to write is also read.
     OSError
-        If one cannot be written.
+        If a file cannot be written.
     """
     for path in paths:
         if _is_same_file(path, log):
@@ -367,14 +367,14 @@ def _is_same_file(path: Path, source: Path | None) -> bool:
 
 
 def make_folders(paths: Iterable[Path]) -> None:
-    """Make the folders of files that are to be written, as far as they are missing."""
+    """Make the missing folders of files to write."""
     for path in paths:
         path.parent.mkdir(parents=True, exist_ok=True)
 
 
 @contextmanager
 def atomic_paths(paths: Sequence[Path], force: bool) -> Iterator[list[Path]]:
-    """Yield temporary names, which get the files' names once all of them are written."""
+    """Yield temporary paths; rename them to the files once all are written."""
     make_folders(paths)
     with ExitStack() as stack:
         # Left in reverse order, so the first file is the last to appear.
@@ -382,12 +382,12 @@ def atomic_paths(paths: Sequence[Path], force: bool) -> Iterator[list[Path]]:
 
 
 def text_writer(text: str) -> Writer:
-    """Return a writer of a text into a file."""
+    """Return a function that writes a text into a file."""
     return lambda path: path.write_text(text, encoding="utf-8", newline="\n")
 
 
 def figure_writer(draw: Callable[[], Any]) -> Writer:
-    """Return a writer of a figure into a file; ImportError without matplotlib."""
+    """Return a function that writes a figure into a file; ImportError without matplotlib."""
 
     def write(path: Path) -> None:
         if find_spec("matplotlib") is None:

@@ -41,7 +41,7 @@ def simulated_gyro(
     axes: int | None = None,
     low_pass: LowPass | None = None,
 ) -> tuple[Log, Log]:
-    """Return the log of a gyro at rest, and that of its true drift, in rad/s.
+    """Return the log of a gyro at rest and the log of its true drift, rad/s.
 
     Parameters
     ----------
@@ -88,10 +88,10 @@ def simulated_session(
     seed: int,
     temperature: tuple[float, float] | None = None,
 ) -> SimulatedSession:
-    """Return an IMU held still in so many poses; its bias changes with a temperature that does.
+    """Return an IMU held still in some poses; its bias varies with its temperature.
 
-    The gyro is an MPU-6050 if no device is named; the temperature goes from the first to the last
-    number, degC. Raises ValueError for an unknown device, or a number out of range.
+    Default device of the gyro: MPU-6050. The temperature goes from the first to the second number,
+    degC. Raises ValueError for an unknown device, or a number out of range.
     """
     by_temperature = () if temperature is None else np.radians(_BIAS_BY_TEMPERATURE_DEG_S)
     noise = find_device(device or _SESSION_DEVICE)

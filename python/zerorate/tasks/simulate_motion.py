@@ -44,18 +44,18 @@ def simulated_motion(
     Parameters
     ----------
     kind : {"hand", "drive", "walk"}
-        An IMU with a magnetometer, and its true orientation as a reference, turned by hand; the
-        IMU and receiver of a car; an IMU on a foot.
+        "hand": an IMU with a magnetometer, turned by hand, with its true orientation as a
+        reference. "drive": IMU and receiver of a car. "walk": an IMU on a foot.
     rate : float
         Samples per second, Hz.
     duration : float, optional
-        Seconds; default as in `MOTIONS`. A walk is of whole strides.
+        Length, s; default as in `MOTIONS`. A walk has whole strides.
     seed : int
         Not negative. The same arguments give the same samples.
     magnet : sequence of float
-        Of a hand: seconds from and to which a magnet is near.
+        For "hand": start and end of the time with a magnet nearby, s.
     iron : sequence of float
-        Of a hand: hard iron on the magnetometer, uT.
+        For "hand": hard iron of the magnetometer, uT.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Sources of a task: a recording, the path of one, a frame or arrays, all treated the same."""
+"""Sources of a task: a recording, its path, a data frame or arrays, treated the same."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class UnscaledArguments(TypedDict, total=False):
 
 
 class ReadingArguments(UnscaledArguments, total=False):
-    """The same, and the factor of raw counts."""
+    """`UnscaledArguments`, and the factor of raw counts."""
 
     scale: Scale
 
@@ -46,12 +46,12 @@ class ReadingArguments(UnscaledArguments, total=False):
 def split_options(
     options: Mapping[str, Any], table: Mapping[str, object]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Split options into those of reading, and those in a table of options of a filter.
+    """Split options into arguments of reading and options in a filter's table.
 
     Raises
     ------
     TypeError
-        For one that is neither.
+        If an option is neither.
     """
     known = ReadingArguments.__optional_keys__
     unknown = [name for name in options if name not in known and name not in table]
@@ -67,21 +67,21 @@ def recording_of(
     reading: ReadingArguments | Mapping[str, Any],
     **extra: Any,  # noqa: ANN401
 ) -> Recording:
-    """Return the recording that a task is given, read where it is not one yet.
+    """Return the recording of a task; read it if the source is not a recording yet.
 
     Parameters
     ----------
     source : Source
-        What the task was called with.
+        Source argument of the task.
     reading : mapping
-        Arguments of `zerorate.read_recording`: for what is read only.
+        Arguments of `zerorate.read_recording`, only for a source that is read.
     **further
-        More of them, that the task itself sets.
+        More such arguments, set by the task itself.
 
     Raises
     ------
     LogError
-        If arguments of reading come with a recording, or it cannot be read.
+        If arguments of reading are given with a recording, or the source cannot be read.
     """
     if not isinstance(source, Recording | Log):
         unit = units_of_sensors(reading.get("unit"))
@@ -107,14 +107,14 @@ def one_imu_of(
     *chosen: str | None,
     **extra: Any,  # noqa: ANN401
 ) -> Recording:
-    """Return the recording that a task of one IMU is given; see `recording_of`.
+    """Return the recording of a task for one IMU; see `recording_of`.
 
     Parameters
     ----------
     source, reading, **extra
-        As of `recording_of`; ``sensor`` chooses an IMU.
+        As in `recording_of`; ``sensor`` chooses an IMU.
     *chosen : str, optional
-        Names of logs that choose the IMU too.
+        Names of logs, which also choose the IMU.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def _recording_of_log(log: Log) -> Recording:
 def units_of_sensors(
     unit: str | Mapping[str, str] | None,
 ) -> Mapping[str, str] | None:
-    """Return the units of gyro and accelerometer: of both, or of one, with a comma between.
+    """Return the units of gyro and accelerometer from a text with one unit, or two and a comma.
 
     Examples
     --------
@@ -156,7 +156,7 @@ def units_of_sensors(
 
 
 def stem_of(source: str) -> str:
-    """Return the beginning of the names of files that are made of a source.
+    """Return the beginning of the file names for the results of a source.
 
     Examples
     --------
@@ -180,7 +180,7 @@ def sensor_ending(sensor: str | None) -> str:
 
 
 def unique_stems(sources: Sequence[str]) -> list[str]:
-    """Return the stems of the files of each source; ValueError where two would be the same.
+    """Return the stem of each source's files; ValueError if two are the same.
 
     Examples
     --------
@@ -200,14 +200,14 @@ def unique_stems(sources: Sequence[str]) -> list[str]:
 
 @contextmanager
 def name_source_in_errors(source: str, alarms: Sequence[str] = ()) -> Iterator[None]:
-    """Add the recording at fault, and possible causes, to a fault of the data.
+    """Add the name of the recording, and possible causes, to an error in its data.
 
     Parameters
     ----------
     source : str
         Name of the recording.
     alarms : sequence of str
-        What contradicts it: notes of the error, which Python shows below it.
+        Contradictions in the recording. They become notes, which Python shows below the error.
     """
     try:
         yield

@@ -1,4 +1,4 @@
-"""A record after a drift filter: all that it knew after each sample."""
+"""Trace of a drift filter: its state after each sample."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ __all__ = ["Trace"]
 class Trace(Result):
     """State of a filter after each of n samples; with k channels every array has a second axis k.
 
-    Of "auto", whose state is the drift alone, p + 1 and p + q + 1 below are 1.
+    The state of "auto" is the drift alone: p + 1 and p + q + 1 below are then 1.
 
     Examples
     --------

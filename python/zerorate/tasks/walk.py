@@ -39,7 +39,7 @@ def walk(
     progress: Progress | None = None,
     **reading: Unpack[ReadingArguments],
 ) -> FootTrack:
-    """Find the track of a sensor on a foot, without a receiver: now and then the foot stands.
+    """Find the track of a sensor on a foot, without a receiver, from the stances of the foot.
 
     The recording is checked and corrected first. ``zerorate walk`` does the same.
 
@@ -48,27 +48,28 @@ def walk(
     source : Recording, path, data frame or mapping of arrays
         With a gyro and an accelerometer of three axes.
     floor : {None, "level"}
-        "level": stances within 0.1 m of the current floor are on it; see `zerorate.FootNavigation`.
+        "level": stances within 0.1 m of the current floor are moved onto it; see
+        `zerorate.FootNavigation`.
     smooth : bool
-        Use the whole recording for each sample, later ones too.
+        Use the whole recording for each sample, including later samples.
     at : array_like, shape (2,), optional
-        Latitude and longitude of the start, deg: the track is saved for maps, too.
+        Latitude and longitude of the start, deg. With it the track is also saved for maps.
     heading, height : float, optional
         With `at`: initial direction of the sensor's first axis, rad from north over east, and
         height of the start, m. Default 0.
     calibration : Calibration or path, optional
-        Calibration to correct gyro and accelerometer with, first.
+        Calibration that corrects gyro and accelerometer first.
     clipped : {"auto", "restore", "leave"}
-        Rates that the gyro clipped: restored from their flanks and trusted less ("auto" does so for
-        a foot, too), or left.
+        Treatment of clipped rates. "auto" and "restore": restore them from their flanks, with less
+        weight. "leave": do not change them.
     assume_foot : bool
         Navigate even if the motion is not that of a foot.
     fix : bool
-        Correct a unit or axes of the gyro that the motion contradicts, where that is certain.
+        Correct the gyro's unit or axes where the motion certainly contradicts them.
     progress : callable, optional
-        Called with a step's name and the fraction done. By default a bar in a notebook.
+        Called with the name of the step and the fraction done. By default a notebook shows a bar.
     **reading
-        Arguments of `zerorate.read_recording`, for a source that is read.
+        Arguments of `zerorate.read_recording`, if the source is a file.
 
     Returns
     -------
@@ -78,8 +79,8 @@ def walk(
     Raises
     ------
     LogError
-        If a sensor is missing, gravity is absent, or the motion is not that of a foot;
-        contradictions in the recording are in the notes of the error.
+        If a sensor is missing, gravity is absent, or the motion is not that of a foot. The notes of
+        the error list contradictions in the recording.
     ValueError
         If an argument is out of range.
 

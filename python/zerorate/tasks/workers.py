@@ -25,7 +25,7 @@ _thread_limit: ContextVar[int | None] = ContextVar("threads of a replay", defaul
 
 @contextmanager
 def limit_threads(count: int) -> Iterator[None]:
-    """Let `thread_pool` have this many threads instead, where many logs share the cores."""
+    """Limit the threads of `thread_pool`, for many logs that share the cores."""
     before = _thread_limit.set(count)
     try:
         yield
@@ -40,9 +40,9 @@ def thread_count() -> int:
 
 @contextmanager
 def thread_pool() -> Iterator[ThreadPoolExecutor]:
-    """Yield as many threads as there are cores; an interrupt drops what is not yet begun.
+    """Yield a pool with one thread per core; an interrupt drops work not yet begun.
 
-    What runs there must release the interpreter lock to gain.
+    Only work that releases the interpreter lock runs faster.
     """
     executor = ThreadPoolExecutor(thread_count())
     try:
@@ -57,7 +57,7 @@ def thread_pool() -> Iterator[ThreadPoolExecutor]:
 
 
 def prefetch(items: Iterator[T]) -> Generator[T]:
-    """Yield the items, the next one being made by another thread in the meantime."""
+    """Yield the items, while another thread makes the next one."""
     if thread_count() == 1:
         yield from items
         return
@@ -70,9 +70,9 @@ def prefetch(items: Iterator[T]) -> Generator[T]:
 
 
 class BackgroundStep(Generic[T]):
-    """A step that takes items one after the other in another thread.
+    """A step that processes items one after the other in another thread.
 
-    Left without an error, it has taken them all; left with one, it drops those not yet begun.
+    On exit without an error it has processed all items; on an error it drops items not yet begun.
     """
 
     def __init__(self, take: Callable[[T], None]) -> None:
@@ -94,7 +94,7 @@ class BackgroundStep(Generic[T]):
                 self._executor.shutdown(cancel_futures=True)
 
     def put(self, item: T) -> None:
-        """Hand over an item, after waiting while too many are on their way."""
+        """Pass an item to the thread; wait while too many items are pending."""
         if self._executor is None:
             self._take(item)
             return
@@ -105,9 +105,9 @@ class BackgroundStep(Generic[T]):
 
 @contextmanager
 def force_single_thread() -> Iterator[None]:
-    """Start worker processes here that have one thread: more would take cores from other logs.
+    """Start worker processes here with one thread each, to leave cores for other logs.
 
-    Their pools are sized from the environment as they are loaded.
+    Libraries size their thread pools from the environment when they are loaded.
     """
     before = {name: os.environ.get(name) for name in _THREAD_VARIABLES}
     os.environ.update(dict.fromkeys(_THREAD_VARIABLES, "1"))

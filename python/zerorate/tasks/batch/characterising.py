@@ -1,4 +1,4 @@
-"""The noise of a log of a batch, as ``zerorate allan`` finds it, without a figure."""
+"""The noise of one log of a batch, as ``zerorate allan`` estimates it, without a figure."""
 
 from collections.abc import Iterator
 from pathlib import Path

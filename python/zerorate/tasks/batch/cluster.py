@@ -1,4 +1,4 @@
-"""Workers of a Dask cluster: one of this machine, or one that runs elsewhere."""
+"""Workers of a Dask cluster, on this machine or elsewhere."""
 
 import logging
 from collections.abc import Callable, Generator, Iterator, Sequence
@@ -27,7 +27,7 @@ class Cluster:
     def run(
         self, work: Callable[[T], R], tasks: Sequence[T], max_running: int | None = None
     ) -> Generator[TaskResult[T, R] | WorkerDeath[T]]:
-        """Yield each task's end as it comes; leaving early cancels what is not begun."""
+        """Yield each task's result when it ends; leaving early cancels tasks not yet started."""
         step = max_running or max(1, len(tasks))
         for first in range(0, len(tasks), step):
             yield from self._run_chunk(work, tasks[first : first + step])
@@ -63,12 +63,12 @@ def _task_end(future: Any, task: T) -> TaskResult[T, Any] | WorkerDeath[T]:  # n
 
 @contextmanager
 def local_cluster(count: int) -> Iterator[Cluster]:
-    """Yield a cluster of this many processes on this machine.
+    """Yield a cluster with this number of processes on this machine.
 
     Raises
     ------
     ImportError
-        Without the package distributed, of the extra ``cluster``.
+        If the package distributed (extra ``cluster``) is not installed.
     """
     if count < 1:
         raise ArgumentError("local_cluster", f"must be at least 1 worker, got {count}")
@@ -91,12 +91,12 @@ def local_cluster(count: int) -> Iterator[Cluster]:
 
 @contextmanager
 def connect_scheduler(address: str) -> Iterator[Cluster]:
-    """Yield the cluster of a scheduler that runs already.
+    """Yield the cluster of a running scheduler.
 
     Raises
     ------
     ConnectionError
-        If it cannot be reached, has no worker within half a minute, or is lost meanwhile.
+        If the scheduler cannot be reached, has no worker within half a minute, or is lost later.
     ImportError
         Without the package distributed, of the extra ``cluster``.
     """

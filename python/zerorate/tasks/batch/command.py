@@ -17,7 +17,7 @@ Row = Mapping[str, str | float | int | bool | None]
 
 
 class LogOutput(NamedTuple):
-    """Result of a log: one row an axis, and notes."""
+    """Result of a log: one row for each axis, and notes."""
 
     rows: tuple[Row, ...]
     notes: tuple[str, ...]
@@ -32,11 +32,11 @@ class Quantity:
     column : str
         Its name.
     unit : str
-        Its unit, with ``{}`` for that of the log.
+        Its unit; ``{}`` stands for the log's unit.
     sigma : str, optional
         The column of its standard error.
     signed : bool
-        True if it has either sign: logs are compared by differences, not by ratios.
+        True if values can be negative: logs are then compared by differences, not by ratios.
     two_sided : bool
         True if values below those of other logs are outliers, too.
     """
@@ -57,15 +57,15 @@ class Command:
     name : str
         As users write it.
     mark : str
-        What the names of its files add to the name of the log.
+        Text that its file names add to the name of the log.
     ending : callable
-        Gives the rest of the output's name, by the requested format.
+        Returns the rest of the output's name for the requested format.
     work : callable
-        Reads a log by the settings, writes the output, and returns rows and notes.
+        Reads a log with the settings, writes the output, and returns rows and notes.
     columns : mapping of str to type
-        Those of the rows next to axis and unit: int, float, bool or str.
+        Columns of the rows besides axis and unit: int, float, bool or str.
     quantities : tuple of Quantity
-        In what a log may stand out.
+        Quantities in which a log can be an outlier.
     """
 
     name: str
@@ -76,13 +76,13 @@ class Command:
     quantities: tuple[Quantity, ...]
 
     def paths(self, log: Path, format: str) -> tuple[Path, Path]:
-        """Return the output and its record for a log of this name, in the same folder."""
+        """Return the paths of the output and of its record for a log of this name."""
         base = f"{log.stem}{self.mark}"
         return log.with_name(f"{base}{self.ending(format)}"), log.with_name(f"{base}.json")
 
 
 def recording_arguments(reading: Mapping[str, Any]) -> dict[str, Any]:
-    """Return arguments of `zerorate.read_recording`, for which a unit belongs to a sensor."""
+    """Return arguments of `zerorate.read_recording`, where each sensor has its own unit."""
     arguments = dict(reading)
     if arguments["unit"] is not None:
         units = map(canonical_unit, arguments["unit"].split(","))
@@ -93,5 +93,5 @@ def recording_arguments(reading: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def finite_or_none(value: float) -> float | None:
-    """Return a measure as a record keeps it: JSON knows neither NaN nor infinity."""
+    """Return a measure, or None if it is NaN or infinite, which JSON cannot hold."""
     return float(value) if math.isfinite(value) else None

@@ -1,4 +1,4 @@
-"""Engines that run tasks on workers which may die: the contract, and processes of this machine."""
+"""Engines that run tasks on workers that may die: the interface, and local processes."""
 
 import os
 import signal
@@ -24,7 +24,7 @@ _SPAWN: Final = get_context("spawn")
 
 @dataclass(frozen=True)
 class TaskResult(Generic[T, R]):
-    """A task and what it returned."""
+    """A task and its return value."""
 
     task: T
     answer: R
@@ -32,7 +32,7 @@ class TaskResult(Generic[T, R]):
 
 @dataclass(frozen=True)
 class WorkerDeath(Generic[T]):
-    """A task whose worker died, and how."""
+    """A task whose worker died, and the cause of death."""
 
     task: T
     reason: str
@@ -44,17 +44,17 @@ class Engine(Protocol):
     def run(
         self, work: Callable[[T], R], tasks: Sequence[T], max_running: int | None = None
     ) -> Generator[TaskResult[T, R] | WorkerDeath[T]]:
-        """Yield each task's end as it comes, `max_running` at most running at a time."""
+        """Yield each task's result when it ends; at most `max_running` tasks run at a time."""
         ...
 
 
 def run_with_retry(
     engine: Engine, work: Callable[[T], R], tasks: Sequence[T]
 ) -> Generator[TaskResult[T, R] | WorkerDeath[T]]:
-    """Yield each task's end; one whose worker died gets another try, alone, after all others.
+    """Yield each task's result; run a task whose worker died once more, alone, at the end.
 
-    What died for want of memory next to others, or was killed from outside, then succeeds; what
-    dies again is at fault itself.
+    A task that ran out of memory next to others, or was killed from outside, succeeds alone. A task
+    whose worker dies twice is itself at fault.
     """
     suspects: list[T] = []
     # Closed here: an interrupt must have ended the workers before it goes on.
@@ -69,10 +69,10 @@ def run_with_retry(
 
 
 class Processes:
-    """Worker processes, by default one a core, each identified by its task.
+    """Worker processes, by default one per core, each identified by its task.
 
     A process pool of the standard library breaks as a whole when one worker is killed, and cannot
-    tell by which task. Here each worker has a pipe of its own: its end names the task.
+    tell by which task. Here each worker has its own pipe: when the pipe closes, the task is known.
     """
 
     def __init__(self, count: int | None = None) -> None:
@@ -83,7 +83,7 @@ class Processes:
     def run(
         self, work: Callable[[T], R], tasks: Sequence[T], max_running: int | None = None
     ) -> Generator[TaskResult[T, R] | WorkerDeath[T]]:
-        """Yield each task's end as it comes; leaving early ends the workers."""
+        """Yield each task's result when it ends; leaving early ends the workers."""
         waiting = deque(tasks)
         count = min(max_running or self._count, len(waiting))
         busy: dict[Connection, _Worker[T, R]] = {}

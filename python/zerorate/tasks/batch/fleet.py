@@ -36,7 +36,7 @@ _MIN_RELATIVE_SPREAD: Final = 0.01
 
 @dataclass(frozen=True)
 class Outlier:
-    """A log that stands out from the others.
+    """A log with a value far from those of the other logs.
 
     Parameters
     ----------
@@ -49,12 +49,12 @@ class Outlier:
     unit : str
         Of the value.
     value, median : float
-        Of the log, and of all logs with this axis and unit.
+        Value of the log, and median of all logs with this axis and unit.
     deviations : float
-        How far the value is from the median, in spreads of the fleet: standard deviations, which
-        are estimated by the median so that what stands out does not widen them.
+        Distance of the value from the median, in standard deviations of the fleet. These are
+        estimated from the median absolute deviation, so that outliers do not widen them.
     times : float or None
-        Value over median; None for a quantity of either sign.
+        Ratio of value to median; None for a quantity that can be negative.
     """
 
     log: str
@@ -74,9 +74,9 @@ class Fleet:
     Parameters
     ----------
     outliers : tuple of Outlier
-        What stands out most first.
+        Outliers, the largest first.
     untested_axes : frozenset of (str, str)
-        Log and axis where fewer than eight logs have this axis in this unit.
+        Log and axis, if fewer than eight logs have this axis in this unit.
     """
 
     outliers: tuple[Outlier, ...]
@@ -111,23 +111,23 @@ class _Sample(NamedTuple):
 def fleet_of(logs: Mapping[str, Sequence[Row]], quantities: Sequence[Quantity]) -> Fleet:
     """Compare the logs of a batch, axis by axis and unit by unit.
 
-    The spread of the fleet is estimated by the median absolute deviation, of logarithms for what
-    is positive. A value stands out if it is further from the median than chance explains: the
-    limit follows from the number of all values, so that a batch of equal sensors has
-    `EXPECTED_FALSE_ALARMS` on average. What lies within its own standard error never stands out,
-    nor does an axis that moved.
+    The spread of the fleet is estimated by the median absolute deviation, for positive quantities
+    of their logarithms. A value is an outlier if it is further from the median than chance
+    explains. The limit follows from the number of all values: a batch of equal sensors has
+    `EXPECTED_FALSE_ALARMS` false alarms on average. A value within its own standard error of the
+    median is never an outlier, nor is a value of an axis that moved.
 
     Parameters
     ----------
     logs : mapping of str to sequence of mapping
         The rows of each log by its name.
     quantities : sequence of Quantity
-        In what they are compared.
+        Quantities to compare.
 
     Returns
     -------
     Fleet
-        What stands out.
+        Outliers, and axes that could not be tested.
 
     Notes
     -----

@@ -32,9 +32,9 @@ class Inputs:
     files : tuple of Path
         The logs, sorted.
     failed : mapping of Path to str
-        What is named but cannot be read, and why.
+        Named files that cannot be read, and why.
     left_out : tuple of Path
-        What is named but was written by zerorate.
+        Named files that zerorate has written.
     """
 
     root: Path
@@ -46,8 +46,8 @@ class Inputs:
 def find_inputs(patterns: Sequence[str]) -> Inputs:
     """Return the logs that folders and patterns name; FileNotFoundError if one names no log.
 
-    Files that zerorate has written are left out anywhere, unless a pattern names them: results,
-    by the mark in their name, the summary of a batch, and the true drift next to a simulated log.
+    Files that zerorate has written are left out, unless a pattern names them: results (by the mark
+    in their name), the summary of a batch, and the true drift next to a simulated log.
     """
     matches = [find_files(pattern) for pattern in patterns]
     root = Path(os.path.commonpath([matched.root for matched in matches]))

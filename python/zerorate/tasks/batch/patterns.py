@@ -1,6 +1,6 @@
 """Files that folders and patterns name.
 
-Patterns are those of `glob`, but each folder is taken once, and brackets may be just that.
+Patterns are those of `glob`, but each folder is visited once, and brackets may be literal.
 """
 
 import os
@@ -24,11 +24,11 @@ class MatchedFiles:
     Attributes
     ----------
     root : Path
-        The deepest folder that does not depend on what is there.
+        The deepest folder that the pattern names without a wildcard.
     files : set of Path
-        Absolute; links are kept as they are. The folder of a ROS 2 bag is one.
+        Absolute paths; links are not resolved. The folder of a ROS 2 bag counts as a file.
     failed : dict of Path to str
-        What matches but cannot be read, or not be looked into, and why.
+        Matching files that cannot be read, and folders that cannot be listed, and why.
     """
 
     root: Path
@@ -37,11 +37,11 @@ class MatchedFiles:
 
 
 def find_files(pattern: str) -> MatchedFiles:
-    """Return the files that a folder or a pattern names; the folder of a ROS 2 bag is one of them.
+    """Return the files that a folder or a pattern names; a ROS 2 bag folder counts as a file.
 
-    A folder names all in it and below that has the suffix of a log. In a pattern ``**`` is any
-    number of folders. It follows links, but takes each folder once, so that a link to a folder
-    above leads nowhere. A part in brackets that is the name of something is that.
+    A folder names all files in it and below it that have the suffix of a log. In a pattern ``**``
+    is any number of folders. It follows links, but visits each folder once, so a link to a parent
+    folder adds nothing. Brackets are literal if a file or folder of exactly that name exists.
     """
     whole = Path(os.path.abspath(pattern))
     if whole.is_dir() and not _is_bag(whole):

@@ -1,4 +1,4 @@
-"""A log of a batch through the filter, as ``zerorate replay`` does it without a figure."""
+"""The replay of one log of a batch, as by ``zerorate replay`` without a figure."""
 
 from collections.abc import Iterator
 from functools import partial

@@ -1,4 +1,4 @@
-"""The report on a log of a batch, as ``zerorate report`` makes it: a page, and a row a finding."""
+"""The report on a log of a batch, as ``zerorate report`` makes it: page and rows."""
 
 from collections.abc import Iterator
 from pathlib import Path

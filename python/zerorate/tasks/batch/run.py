@@ -38,17 +38,17 @@ class BatchResult(Result):
     Parameters
     ----------
     outcomes : tuple of Outcome
-        One a log, by name.
+        One outcome for each log, sorted by name.
     summary : Path
-        The table of all.
+        The table of all logs.
     seconds : float
-        What the batch took.
+        Duration of the batch, s.
     fleet : Fleet
-        Which logs stand out from the others.
+        Outliers among the logs.
     left_out : tuple of Path
-        Files that were named but that zerorate has written.
+        Named files that were left out because zerorate has written them.
     settings : Settings
-        What was done with each log.
+        Settings of the batch.
     """
 
     outcomes: tuple[Outcome, ...]
@@ -75,14 +75,14 @@ class BatchResult(Result):
 
     @property
     def alarms(self) -> tuple[str, ...]:
-        """The logs without a result and why, a sentence each."""
+        """The logs without a result and the reason, one sentence each."""
         return tuple(
             make_sentence(f"{outcome.name}: ", outcome.error or "") for outcome in self.failed
         )
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """The notes on the logs with the number of logs for each, those of most logs first."""
+        """The notes, each with its number of logs, the most frequent first."""
         return tuple(
             make_sentence(f"{logs[0]}{_count_others(len(logs) - 1)}: ", note)
             for note, logs in self.logs_by_note.items()
@@ -90,7 +90,7 @@ class BatchResult(Result):
 
     @property
     def logs_by_note(self) -> dict[str, list[str]]:
-        """The logs that each note is about, by name, the notes of most logs first."""
+        """The names of the logs of each note, the most frequent note first."""
         logs_by_note: dict[str, list[str]] = {}
         for outcome in self.outcomes:
             for note in outcome.notes:
@@ -129,7 +129,7 @@ def batch(
     progress: Progress | None = None,
     **settings: Unpack[BatchArguments],
 ) -> BatchResult:
-    """Filter many logs, find their noise, or report on them, and compare them with each other.
+    """Filter many logs, estimate their noise, or report on them, and compare the logs.
 
     Each log is processed in a process of its own. A log that fails, or that kills its worker twice,
     is reported and the others go on. A run may be stopped at any moment: the next one skips
@@ -138,27 +138,28 @@ def batch(
     Parameters
     ----------
     sources : str, path, or sequence of these
-        Folders, of which all logs are taken; files; or patterns such as ``"logs/**/*.parquet"``,
-        where a name with brackets may be just that. ``**`` takes each folder once, however many
-        links lead there. Files that zerorate has written are left out unless a pattern names them.
+        Folders, with all logs in them; files; or patterns such as ``"logs/**/*.parquet"``. Brackets
+        in a pattern may be literal. ``**`` visits each folder once, however many links lead there.
+        Files that zerorate has written are left out unless a pattern names them.
     folder : path
-        Of the results, made if missing. It mirrors the folders below the sources' common
-        one: for each log its result and a record in JSON, and ``summary.parquet`` of all, with
-        "report" also ``overview.html``. Each command needs a folder of its own.
+        Folder of the results, made if missing. It mirrors the folders below the common folder of
+        the sources. It holds the result of each log and a record in JSON, ``summary.parquet`` of
+        all logs and, with "report", ``overview.html``. Each command needs its own folder.
     command : {"replay", "allan", "report"}
         Command on each log: filter it, find the noise of its gyros and accelerometers, or report on
         its IMU.
     workers : int, optional
-        Worker processes; default one a core.
+        Number of worker processes; default one per core.
     local_cluster : int, optional
-        Workers of a Dask cluster on this machine instead.
+        Number of workers of a Dask cluster on this machine, instead of `workers`.
     scheduler : str, optional
-        Address of a Dask scheduler instead, whose workers see the same paths.
+        Address of a running Dask scheduler, instead of `workers`. Its workers must see the same
+        paths.
     force : bool
         Process finished logs again; default no.
     progress : callable, optional
-        Called with the number of finished logs and the number of all.
-        By default a bar in a notebook.
+        Called with the number of finished logs and the number of all logs. By default a notebook
+        shows a bar.
     **settings
         Settings of reading, filtering and writing: arguments of `zerorate.tasks.batch.Settings`,
         such as ``unit="deg/s"`` or ``motion="hold"``.
@@ -171,12 +172,12 @@ def batch(
     Raises
     ------
     ValueError
-        If an argument is not valid, two logs would be written to one place, or the folder holds
+        If an argument is not valid, two logs would have the same output file, or the folder holds
         the summary of another command.
     OSError
         If a source names no log, or the output cannot be written.
     ImportError
-        Without pyarrow or, for a cluster, distributed.
+        If pyarrow or, for a cluster, distributed is not installed.
 
     Examples
     --------

@@ -38,7 +38,7 @@ def _schema_fields(columns: Mapping[str, type]) -> list[tuple[str, Any]]:
 
 
 def batch_rows(outcomes: Iterable[Outcome], fleet: Fleet) -> Iterator[dict[str, object]]:
-    """Yield the rows of the summary: one for each log and axis, one for a log that failed."""
+    """Yield the rows of the summary: one for each log and axis, one for each failed log."""
     for outcome in outcomes:
         common = {
             "log": make_printable(outcome.name),

@@ -82,41 +82,43 @@ class Settings:
     rate : float, optional
         Samples per second, Hz, for logs without timestamps.
     columns : tuple of str or int, optional
-        Names or indices; by default the gyro columns, for the others those of accelerometers too.
+        Names or indices. Default: the gyro columns; for "allan" and "report" also the accelerometer
+        columns.
     unit : str, optional
-        Unit of the data, if the logs do not state it: ``"deg/s"``, for the others also of both
-        kinds of sensor, ``"deg/s,g"``.
+        Unit of the data, if the logs do not state it: ``"deg/s"``. For "allan" and "report" also
+        units of both kinds of sensor, ``"deg/s,g"``.
     topic : str, optional
         Topic to read of ROS recordings and PX4 logs.
     sensor : str, optional
-        Which sensor of several in one table, as of `zerorate.read_log`. Default: all.
+        Sensor to read, if a table holds several, as in `zerorate.read_log`. Default: all.
     data_scale, start, stop, time, time_unit, torn : optional
-        As `scale`, `start`, `stop`, `time`, `time_unit` and `torn` of `zerorate.read_log`: what
-        values are multiplied by, the seconds between which each log is read, and what is said of
-        the timestamps and of torn lines.
+        As `scale`, `start`, `stop`, `time`, `time_unit` and `torn` of `zerorate.read_log`: the
+        factor of the values, the start and stop of reading in s, the column and unit of the
+        timestamps, and the treatment of torn lines.
     format : {"parquet", "csv", "npz"}, optional
-        Of the filtered logs, for "replay" alone; default Parquet.
+        Format of the filtered logs, for "replay" alone; default Parquet.
     calibration : Calibration or path, optional
-        Calibration to correct the gyro of each log with before filtering, for "replay" alone. Each
-        log is then read as a whole, with its accelerometer.
+        Calibration that corrects the gyro of each log before filtering, for "replay" alone. Each
+        log is then read completely, with its accelerometer.
     accel : bool
-        Whether the accelerometer next to a gyro, if any, distinguishes motion from rest, for
-        "replay" alone; default yes.
+        If True (default), the accelerometer next to a gyro, if any, distinguishes motion from rest.
+        For "replay" alone.
     **options
         Arguments of `zerorate.DriftFilter`, for "replay" alone, with its defaults: method "auto",
-        output "compensated". Of a log whose unit is known `rest_limit` is 10 deg/s and `bias_limit`
-        20 deg/s unless they are given; None is no limit.
+        output "compensated". If the unit of a log is known, `rest_limit` defaults to 10 deg/s and
+        `bias_limit` to 20 deg/s; None is no limit.
 
     Attributes
     ----------
     command, format, accel
-        As given, or the defaults.
+        The arguments, or their defaults.
     calibration : str or None
-        As JSON, so that workers need no file, and so that another calibration is another result.
+        The calibration as JSON: workers need no file, and another calibration changes the
+        fingerprint.
     reading : mapping
         Arguments of `zerorate.read_log`.
     options : mapping
-        Arguments of `zerorate.DriftFilter`; empty for the others.
+        Arguments of `zerorate.DriftFilter`; empty for "allan" and "report".
 
     Raises
     ------
@@ -208,8 +210,8 @@ class Settings:
     def fingerprint(self, name: str, size: int, modified: int) -> str:
         """Return a hash that changes whenever the result of a log could.
 
-        The input counts by its name, size and time of change, not by its content: to see that
-        nothing is left to do must not cost a reading of all the data.
+        The input counts by its name, size and time of modification, not by its content, so that
+        finished logs are recognised without reading all data.
         """
         parts = {"version": __version__, "input": [name, size, modified], **asdict(self)}
         return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
@@ -226,13 +228,13 @@ class Outcome:
     status : {"done", "skipped", "failed"}
         A log is skipped if an earlier run has finished it with the same settings.
     seconds : float
-        What reading, computing and writing took; of a skipped log, in the earlier run.
+        Time for reading, computing and writing, s; for a skipped log, the time of the earlier run.
     rows : tuple of mapping
-        Measures, one row an axis.
+        Measures, one row for each axis.
     error : str or None
-        Why it failed, in one sentence.
+        Reason of the failure, in one sentence.
     notes : tuple of str
-        Sentences on its clock, on what was assumed of it, and on what is not to be trusted.
+        Sentences on its clock, on assumptions, and on doubtful results.
     """
 
     name: str
@@ -245,10 +247,10 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Record:
-    """Record of the making of a log's output, which shows that it is whole.
+    """Record of how a log's output was made, which shows that the output is complete.
 
-    It is a file of its own next to the output, not metadata of it, which stays the same bytes as
-    those of the command on a single log, in every format.
+    The record is a separate file next to the output, not metadata in it. So the output has the same
+    bytes as from the command on a single log, in every format.
     """
 
     fingerprint: str
@@ -259,7 +261,7 @@ class Record:
 
     @classmethod
     def read(cls, path: Path, output: Path) -> Self | None:
-        """Return the record of an output if both are there and belong together."""
+        """Return the record of an output if both exist and belong together."""
         try:
             fields = json.loads(read_regular(path))
             listed = {
@@ -272,7 +274,7 @@ class Record:
             return None
 
     def write(self, path: Path) -> None:
-        """Write the record of an output that is in its place."""
+        """Write the record of a finished output."""
         with atomic_path(path, force=True) as temporary:
             fields = {**vars(self), "notes": [*map(pack_text, self.notes)]}
             text = json.dumps(fields, indent=1) + "\n"
@@ -281,7 +283,7 @@ class Record:
 
 @dataclass(frozen=True)
 class Task:
-    """A log to work on: absolute paths, and the contents of its record."""
+    """A log to process: absolute paths, and the contents of its record."""
 
     name: str
     source: Path
@@ -293,7 +295,7 @@ class Task:
     version: str = __version__
 
     def read_outcome(self, status: Status) -> Outcome | None:
-        """Return the recorded outcome, if this log is finished with these settings."""
+        """Return the recorded outcome if this log was finished with these settings."""
         record = None if self.force else Record.read(self.record, self.output)
         if record is None or record.fingerprint != self.fingerprint:
             return None
@@ -301,9 +303,9 @@ class Task:
 
 
 def run_task(task: Task) -> Outcome:
-    """Work on one log and write the output with its record; a fault becomes a failed outcome.
+    """Process one log and write output and record; an error becomes a failed outcome.
 
-    Running it again, even twice at once, leaves the same files.
+    Repeated runs, even two at the same time, leave the same files.
     """
     begin = time.perf_counter()
     try:

@@ -21,9 +21,9 @@ def as_json(comparisons: Sequence[Comparison], simulated: Sequence[Regret] = ())
     Parameters
     ----------
     comparisons : sequence of Comparison
-        Of different kinds, or of different contaminations.
+        Comparisons of different kinds, or of different contaminations.
     simulated : sequence of Regret
-        What came of the methods on simulated gyros, of different contaminations.
+        Regrets of the methods on simulated gyros, for different contaminations.
     """
     contaminations = [result.contamination for result in comparisons] + [
         result.contamination for result in simulated

@@ -1,4 +1,4 @@
-"""Comparison of filters of attitude with an orientation that something else measured."""
+"""Comparison of attitude filters with a reference orientation."""
 
 from __future__ import annotations
 
@@ -41,37 +41,36 @@ def compare_attitude(
     *,
     frame: Frame = "enu",
 ) -> Comparison:
-    """Measure filters of attitude on recordings with a reference orientation.
+    """Measure attitude filters on recordings with a reference orientation.
 
     Parameters
     ----------
     recordings : sequence of Recording or Trial
         Each with a gyro, an accelerometer and an orientation; with a magnetometer the filters are
-        also run with nine axes. A sample on another clock than the gyro's stands at the nearest
-        one of the gyro.
+        also run with nine axes. A sample of a sensor with another clock is moved to the nearest
+        sample of the gyro.
     methods : sequence of str
-        Methods of `zerorate.Attitude`, and of other packages, with their own defaults:
-        ``"vqf"``, ``"imufusion"``, ``"ahrs-madgwick"`` and ``"ahrs-mahony"``. One that is not
-        installed is left out, and a note says so. Two see the whole record: ``"auto+smooth"``,
-        which is `zerorate.Attitude.smooth`, and ``"vqf-offline"``.
+        Methods of `zerorate.Attitude`, and filters of other packages with their own defaults:
+        ``"vqf"``, ``"imufusion"``, ``"ahrs-madgwick"`` and ``"ahrs-mahony"``. A filter that is not
+        installed is left out, and a note says so. Two methods use the whole recording:
+        ``"auto+smooth"``, which is `zerorate.Attitude.smooth`, and ``"vqf-offline"``.
     progress : callable, optional
-        Called with a step's name and the fraction of it that is done.
-        By default a bar in a notebook.
+        Called with the name of the step and the fraction done. By default a notebook shows a bar.
     frame : {"enu", "ned", "nwu"}
-        Of the earth, to which the reference turns the sensor. Its north must be the magnetic one.
+        Earth axes of the reference. Its north must be magnetic north.
 
     Returns
     -------
     Comparison
-        Of kind ``"attitude"``, with the errors of `zerorate.metrics.orientation_errors` where the
-        reference moves. In each row, rad: ``total``, ``heading`` and ``inclination`` of nine axes,
-        ``heading_6`` (relative) and ``inclination_6`` of six; and the s that a sample took,
-        ``time`` and ``time_6``.
+        Comparison of kind ``"attitude"``, with the errors of `zerorate.metrics.orientation_errors`
+        where the reference moves. Each row has errors in rad: ``total``, ``heading`` and
+        ``inclination`` with nine axes, ``heading_6`` (relative) and ``inclination_6`` with six. It
+        also has the computing time per sample in s: ``time`` and ``time_6``.
 
     Raises
     ------
     LogError
-        If a recording lacks the accelerometer or the orientation, or a unit is not known.
+        If a recording has no accelerometer or orientation, or a unit is not known.
     ValueError
         If a method or the frame is not known.
 
@@ -103,7 +102,7 @@ def compare_attitude(
 
 
 def check_attitude_methods(methods: Sequence[str], frame: str) -> None:
-    """Raise ValueError if a method is not known or named twice, or the frame is not known."""
+    """Raise ValueError for an unknown or repeated method, or an unknown frame."""
     unknown = [name for name in methods if name not in ATTITUDE_METHODS]
     if unknown:
         raise ValueError(

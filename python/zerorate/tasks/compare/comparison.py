@@ -39,14 +39,14 @@ class Comparison(Result):
     Attributes
     ----------
     kind : str
-        ``"rest"``, ``"turning"`` or ``"orientation"``; ``"attitude"`` of `compare_attitude`.
+        ``"rest"``, ``"turning"`` or ``"orientation"``; ``"attitude"`` from `compare_attitude`.
     rows : tuple of Row
-        Recording by recording, axis by axis, method by method.
+        Rows by recording, then axis, then method.
     notes : tuple of str
         Sentences on the recordings.
     contamination : Contamination or None
-        Contamination added to the recording. Methods are scored on the clean one, and
-        the ratio of each error to that on the clean one is a measure, ``NAME_degradation``.
+        Contamination added to the recordings. Scores use the clean recording as reference. The
+        measure ``NAME_degradation`` is the ratio of each error to the error on the clean recording.
 
     Examples
     --------
@@ -64,7 +64,7 @@ class Comparison(Result):
 
     @property
     def methods(self) -> tuple[str, ...]:
-        """The methods in their order."""
+        """The methods in the order of the rows."""
         return tuple(dict.fromkeys(row.method for row in self.rows))
 
 
@@ -79,37 +79,37 @@ def compare_methods(
     Parameters
     ----------
     recordings : sequence of Recording or Trial
-        Of any kinds: `zerorate.read_recording` or `read_trial` gives them.
+        Recordings of any kind, from `zerorate.read_recording` or `read_trial`.
     methods : sequence of str, OwnMethod or callable
         ``"raw"``, ``"mean"`` (the running mean), ``"ema"`` (the best exponential moving average in
-        hindsight), methods of `zerorate.DriftFilter`, which run as on the command line ("auto" with
-        limits of what rest can be, where the unit is known) but for
-        ``+hold`` (learn at rest only) and ``+reject`` (reject outliers), and two that see the
-        whole record: ``"wu-ran"`` (robust filter, then wavelet) and ``"visushrink"``. Or methods
-        of your own: functions or classes as `OwnMethod` describes them, under their own names or
-        as ``"name=module:function"``. Each is also run on the first half of every axis alone: what
-        then returns other values looks ahead, and its rows say so.
+        hindsight), and methods of `zerorate.DriftFilter`. These run as on the command line ("auto"
+        with limits of rest if the unit is known); append ``+hold`` to learn at rest only and
+        ``+reject`` to reject outliers. Two methods use the whole recording: ``"wu-ran"`` (robust
+        filter, then wavelet) and ``"visushrink"``. Or methods of your own: functions or classes as
+        `OwnMethod` describes them, under their own names or as ``"name=module:function"``. Each of
+        your methods also runs on the first half of every axis alone: if it then returns other
+        values, it looks ahead, and its rows say so.
     progress : callable, optional
-        Called with a step's name and the fraction of it that is done.
-        By default a bar in a notebook.
+        Called with the name of the step and the fraction done. By default a notebook shows a bar.
     contaminate : str, zerorate.simulation.Contamination, or a sequence of these
-        Faults, each of which is put into every recording for a comparison of its own, as in
-        ``"share=0.01,size=100"``. Chance is seeded: the same call gives the same numbers. The best
-        moving average keeps the gain that is best for the clean record.
+        Faults such as ``"share=0.01,size=100"``. Each fault is added to every recording, for a
+        separate comparison. Random numbers are seeded: the same call gives the same results. The
+        best moving average keeps its gain from the clean recording.
 
     Returns
     -------
     tuple of Comparison
-        One a kind that occurs, each followed by those of its contaminated recordings.
+        One comparison for each kind of recording, followed by the comparisons of its contaminated
+        recordings.
 
     Raises
     ------
     LogError
-        If a recording lacks what its kind of comparison needs.
+        If a recording lacks data that its kind of comparison needs.
     ValueError
-        If a method or a word of a contamination is not known.
+        If a method or a name in a contamination is not known.
     MethodError
-        If a method of your own fails or returns anything but a finite number a sample.
+        If a method of your own fails, or does not return one finite number per sample.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Samples of an IMU on the clock of its gyro, as filters of attitude take them."""
+"""Samples of an IMU on the clock of its gyro, as input of attitude filters."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ class Imu:
     Attributes
     ----------
     rate : float
-        Of the gyro, Hz.
+        Samples of the gyro per second, Hz.
     gyro, accel : ndarray, shape (n, 3)
         In rad/s and m/s^2, NaN where missing.
     mag : ndarray, shape (n, 3), or None
         In any unit, NaN where missing.
     accel_rate, mag_rate : float
-        How often there is a sample of each, Hz.
+        Samples of each per second, Hz.
     """
 
     rate: float
@@ -40,12 +40,13 @@ class Imu:
     def of(cls, trial: Trial) -> Imu:
         """Return the samples of a trial.
 
-        Nothing is interpolated: a sample on another clock stands at the nearest one of the gyro.
+        Nothing is interpolated: a sample of another clock is moved to the nearest sample of the
+        gyro.
 
         Raises
         ------
         LogError
-            If there is no accelerometer of a known unit, or not one gyro of three axes.
+            If there is no accelerometer with a known unit, or not exactly one gyro with three axes.
         """
         gyro, mag = trial.log, trial.mag
         if gyro.channels != 3:
@@ -72,10 +73,10 @@ class Imu:
         return replace(self, mag=None)
 
     def fill_missing(self) -> Imu:
-        """Return samples for filters that know no missing ones.
+        """Return samples without gaps, for filters that do not accept missing samples.
 
-        A gyro's is held, which is zero before the first; an accelerometer's or magnetometer's is a
-        vector of zeros, which such filters leave out.
+        A missing gyro sample repeats the last one, or is zero before the first. A missing
+        accelerometer or magnetometer sample becomes a vector of zeros, which such filters ignore.
         """
         mag = None if self.mag is None else _fill_zeros(self.mag)
         return replace(self, gyro=_hold_last(self.gyro), accel=_fill_zeros(self.accel), mag=mag)
@@ -83,7 +84,7 @@ class Imu:
     def first_orientation(self) -> Floats:
         """Return the orientation of the first samples, from sensor to east, north and up.
 
-        Without a magnetometer the heading is any.
+        Without a magnetometer the heading is arbitrary.
         """
         up = _first_direction(self.accel)
         north = (

@@ -31,19 +31,19 @@ class Row:
     Attributes
     ----------
     source : str
-        Of the recording.
+        Name of the recording.
     axis : str
         The channel's name, or ``"all"`` where the axes are measured together.
     method : str
-        Its name.
+        Name of the method.
     angle : str
-        Unit of angles in the values: ``"rad"``, or the recording's own unit times s where that is
-        not known to be a rate.
+        Unit of angles in the values: ``"rad"``, or the recording's unit times s if that unit is not
+        known to be a rate.
     values : mapping of str to float
-        Measures by name, in SI otherwise; NaN where one means nothing.
+        Measures by name, in SI except for angles; NaN for a measure without meaning.
     causal : bool
-        True if the method used no later samples: known for the package's own, tested for the
-        user's.
+        True if the method used no later samples: known for methods of the package, tested for
+        methods of the user.
 
     Examples
     --------
@@ -63,7 +63,7 @@ class Row:
 
 
 def add_degradation(row: Row, clean: Row) -> Row:
-    """Return the row of a contaminated record with its errors over those on the clean one, too."""
+    """Return a contaminated record's row with the ratios to the errors on the clean record."""
     ratios = {
         f"{name}{DEGRADATION_SUFFIX}": value / clean.values[name]
         if clean.values[name] > 0.0
@@ -75,7 +75,7 @@ def add_degradation(row: Row, clean: Row) -> Row:
 
 
 def measure_or_nan(measure: Callable[[], object]) -> float:
-    """Return a measure, or NaN where the record is too short, too gappy or constant for it."""
+    """Return a measure, or NaN if the record is constant, too short or has too many gaps."""
     try:
         return np.asarray(measure(), dtype=np.float64).item()
     except ValueError:
@@ -85,7 +85,7 @@ def measure_or_nan(measure: Callable[[], object]) -> float:
 def mean_nis(result: AxisResult, where: Booleans) -> float:
     """Return the mean normalised innovation squared of some samples, NaN without innovations.
 
-    A sample that the method considers motion is not used, and has none.
+    A sample that the method considers motion has no innovation.
     """
     innovation, variance = result.innovation, result.innovation_variance
     if innovation is None or variance is None:

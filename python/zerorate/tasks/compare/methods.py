@@ -59,12 +59,12 @@ class AxisResult:
     Attributes
     ----------
     estimate : ndarray, shape (n,)
-        What is held when coasting: drift, or the smoothed rate of a sensor at rest.
+        Value held while coasting: drift, or the smoothed rate of a sensor at rest.
     bias : ndarray, shape (n,), or None
-        Drift to subtract from the raw rate; None for a method that subtracts none.
+        Drift to subtract from the raw rate; None if the method subtracts no drift.
     smooth : ndarray or None
-        The rate of a method that smooths, for use in place of the raw one; NaN where that is
-        missing, for a prediction is no measurement.
+        Smoothed rate, for use in place of the raw rate; NaN where the raw rate is missing, because
+        a prediction is no measurement.
     time_constant : float
         Time in which the estimate makes 63 % of a step, s; infinite if that time keeps growing,
         NaN if it is not known.
@@ -73,9 +73,9 @@ class AxisResult:
     at_rest : ndarray of bool or None
         True if the method considered the sensor at rest.
     innovation, innovation_variance : ndarray or None
-        Of a Kalman filter.
+        Innovation of a Kalman filter and its variance.
     causal : bool
-        True if each value was known after its sample.
+        True if each value depends on no later sample.
     """
 
     estimate: Floats
@@ -90,19 +90,19 @@ class AxisResult:
 
 
 def resolve_methods(methods: Sequence[str | OwnMethod | Callable[..., Any]]) -> list[MethodSpec]:
-    """Return methods in their order, those of the user found and checked by their names.
+    """Return the methods in the same order; find and check methods of the user.
 
     Parameters
     ----------
     methods : sequence of str, OwnMethod or callable
         Names; ``name=module:function``; or functions and classes as `OwnMethod` describes them,
-        which have their own name.
+        under their own names.
 
     Raises
     ------
     ValueError
-        If there is none, two have one name, an own one has a name of the package's, or cannot be
-        found.
+        If there is no method, two methods have the same name, or a method of the user has the name
+        of a method of the package or cannot be found.
     """
     specs = [_resolve_method(spec) for spec in methods]
     names = [name_of(spec) for spec in specs]
@@ -136,23 +136,23 @@ def run_on_axis(
     ----------
     method : str or OwnMethod
         One of `METHODS`, or any other method of `zerorate.DriftFilter`, with ``+hold`` to learn at
-        rest only and ``+reject`` to reject outliers; or the user's own.
+        rest only and ``+reject`` to reject outliers; or a method of the user.
     z : ndarray, shape (n,)
         Raw rates.
     rate : float
         Samples per second, Hz.
     gain : callable
-        Finds the gain of the best exponential moving average in hindsight, by what counts for this
-        record.
+        Finds the gain of the best exponential moving average in hindsight, by the measure used for
+        this record.
     unit : str, optional
-        Of the rates. Where it is known "auto" has the limits that the command line gives it.
+        Unit of the rates. If it is known, "auto" has the same limits as on the command line.
 
     Raises
     ------
     ValueError
-        If the filter knows no such method.
+        If the method is not known.
     MethodError
-        If the user's own fails.
+        If a method of the user fails.
     """
     if isinstance(method, OwnMethod):
         bias = method.run(z, rate)
@@ -173,7 +173,7 @@ def run_on_axis(
 
 
 def filter_arguments(method: str) -> dict[str, Any]:
-    """Return the arguments of `zerorate.DriftFilter` that a name such as ``fading+hold`` means."""
+    """Return the arguments of `zerorate.DriftFilter` for a name such as ``fading+hold``."""
     name, *words = method.split("+")
     options = dict(_SUFFIXES.get(word, ("", "")) for word in words)
     # The filter itself says which methods it knows, so what is not known here is left to it.
@@ -192,7 +192,7 @@ _SIMPLE_METHODS: Final = ("raw", "mean", "ema")
 
 
 def first_rest_bias(z: Floats, rate: float) -> AxisResult:
-    """Return the bias of a user who lets the sensor rest for ten seconds at the start."""
+    """Return the bias from the first ten seconds, in which the sensor must be at rest."""
     start = z[: max(1, round(FIRST_REST_S * rate))]
     present = start[np.isfinite(start)]
     bias = np.full(z.shape, present.mean() if present.size else np.nan)
@@ -258,9 +258,9 @@ HINDSIGHT_METHOD: Final = "ema"
 
 
 class Estimate(NamedTuple):
-    """Drift, and the standard deviation that the method gives it: shape (n, k), deg/s.
+    """Drift and the standard deviation that the method states: shape (n, k), deg/s.
 
-    `sigma` is None for a method that gives none, `causal` is False for one that looks ahead.
+    `sigma` is None if the method states none; `causal` is False if the method looks ahead.
     """
 
     drift: Floats
@@ -280,7 +280,7 @@ def name_of(method: MethodSpec | Method) -> str:
 
 
 def causal_method(method: MethodSpec | Method) -> Method:
-    """Return a method by its name, or itself: causal but for those in `WHOLE_RECORD_METHODS`."""
+    """Return a method by its name, or itself. All are causal except `WHOLE_RECORD_METHODS`."""
     if isinstance(method, OwnMethod):
         return partial(_run_own, method=method)
     if not isinstance(method, str):
@@ -291,7 +291,7 @@ def causal_method(method: MethodSpec | Method) -> Method:
 
 
 def check_name(method: MethodSpec | Method) -> None:
-    """Raise ValueError for a name that is not known."""
+    """Raise ValueError for an unknown name."""
     if isinstance(method, str) and not _is_known(method):
         raise ValueError(f"unknown method {method!r}; known are {', '.join(METHODS)}")
 

@@ -1,4 +1,4 @@
-"""Measures of methods on a sensor whose orientation is known."""
+"""Measures of methods on a sensor with known orientation."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -38,9 +38,9 @@ _SPEED_WINDOW_S: Final = 0.2
 def orientation_rows(
     recording: Trial, truth: Orientation, methods: Sequence[MethodSpec], samples: Floats
 ) -> Iterator[Row]:
-    """Yield the measures of every method, the axes together.
+    """Yield the measures of every method, for all axes together.
 
-    A best average in hindsight is not among them: it would have to be chosen for three axes.
+    There is no best average in hindsight: it would need one gain for three axes.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def orientation_rows(
     methods : sequence of str or OwnMethod
         Axes to score.
     samples : ndarray, shape (n, 3)
-        What they are fed with: the record's data, or a contaminated copy.
+        Input of the methods: the recording's data, or a contaminated copy.
     """
     log = recording.log
     if log.channels != 3:
@@ -107,9 +107,9 @@ def _nis_values(results: list[AxisResult], moving: Booleans) -> dict[str, float]
 
 
 def turning_speed(quaternions: Floats, rate: float, window: float) -> Floats:
-    """Return the angular speed of a reference over windows of so many seconds, rad/s.
+    """Return the angular speed of a reference over windows of this length in seconds, rad/s.
 
-    NaN at the ends and where it is missing.
+    NaN at the ends and where the reference is missing.
     """
     span = max(1, round(window * rate))
     q = rotations.unit(quaternions)

@@ -1,4 +1,4 @@
-"""Methods of the user's own: how they are found, called and checked."""
+"""Methods of the user: import, call and check."""
 
 import re
 import traceback
@@ -21,29 +21,30 @@ _MAX_RELATIVE_DIFFERENCE: Final = 1e-6
 
 
 class MethodError(RuntimeError):
-    """A user's own method failed on the data, or did not return a bias for every sample."""
+    """A method of the user failed on the data, or did not return a bias for every sample."""
 
 
 @dataclass(frozen=True)
 class OwnMethod:
-    """A user's own method under a name, to be measured next to those of the package.
+    """A method of the user with a name, to compare with methods of the package.
 
     Attributes
     ----------
     name : str
-        Letters, digits, and ``_``, ``-``, ``.``; in the tables.
+        Name in the tables: letters, digits, and ``_``, ``-``, ``.``.
     call : callable
-        A function, called with the samples of one axis, shape (n,) in rad/s (in the unit of the
-        log where that is not known) with NaN where one is missing, and the rate in Hz. It returns
-        the bias that was known after each sample, shape (n,), finite. Or a class, called with the
-        rate, an instance for each axis, whose ``update(sample)`` returns the bias after it.
+        A function, called with the samples of one axis, shape (n,) in rad/s (in the unit of the log
+        if that is not known), NaN for missing samples, and with the sampling rate in Hz. It returns
+        the bias after each sample, shape (n,), finite. Or a class: it is called with the sampling
+        rate once for each axis, and ``update(sample)`` of the instance returns the bias after this
+        sample.
 
     Raises
     ------
     ValueError
         If the name holds other characters, or a class has no ``update``.
     TypeError
-        If it cannot be called.
+        If `call` cannot be called.
 
     Examples
     --------
@@ -73,12 +74,12 @@ class OwnMethod:
 
     @classmethod
     def parse(cls, text: str) -> "OwnMethod":
-        """Return the method that ``NAME=MODULE:FUNCTION`` means, its module imported.
+        """Return the method of the text ``NAME=MODULE:FUNCTION``, after importing its module.
 
         Raises
         ------
         ValueError
-            If the text has another form, the module cannot be imported, or does not hold that.
+            If the text has another form, or the module cannot be imported or has no such function.
         """
         name, _, target = text.partition("=")
         module, _, attribute = target.partition(":")
@@ -100,7 +101,7 @@ class OwnMethod:
         Raises
         ------
         MethodError
-            If it fails, or returns anything but a finite number for each sample.
+            If the method fails, or does not return a finite number for each sample.
         """
         # A copy, which it may change.
         output = self._call_method(z.copy(), rate)
@@ -112,7 +113,7 @@ class OwnMethod:
         return bias.astype(np.float64)
 
     def is_causal(self, z: Floats, bias: Floats, rate: float) -> bool:
-        """Return True if its output for the first half does not depend on the second.
+        """Return True if the output for the first half does not depend on the second half.
 
         A class sees one sample after the other, so it cannot look ahead.
         """

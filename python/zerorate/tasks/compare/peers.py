@@ -1,4 +1,4 @@
-"""Attitude filters of other packages, as they come, where they are installed."""
+"""Attitude filters of other packages with their defaults, if they are installed."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Run(NamedTuple):
 
 
 class Peer(NamedTuple):
-    """A filter of another package: its import, its function, and a flag if it looks ahead."""
+    """A filter of another package: import name, function, and a flag if it looks ahead."""
 
     package: str
     run: Callable[[Imu], Run]

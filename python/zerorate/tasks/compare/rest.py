@@ -31,12 +31,12 @@ _LEARNING_TIME_S: Final = 120.0
 
 
 def scoring_start(duration: float) -> float:
-    """Return the time from which a record of so many seconds is scored, s."""
+    """Return the time from which a record of this length is scored, both in s."""
     return min(_LEARNING_TIME_S, duration / 3.0)
 
 
 def scored_axes(recording: Trial) -> list["ScoredAxis"]:
-    """Return the axes of a recording, ready to score methods."""
+    """Return the axes of a recording, prepared for scoring."""
     columns = zip(recording.log.names, recording.log.data.T, strict=True)
     return [ScoredAxis(np.ascontiguousarray(z), recording, name) for name, z in columns]
 
@@ -53,7 +53,7 @@ def rest_rows(
     methods : sequence of str or OwnMethod
         Axis or axes to score.
     samples : ndarray, shape (n, k)
-        What they are fed with: the record's data, or a contaminated copy.
+        Input of the methods: the recording's data, or a contaminated copy.
     """
     for name, scored, column in zip(recording.log.names, axes, samples.T, strict=True):
         z = np.ascontiguousarray(column)
@@ -65,7 +65,7 @@ def rest_rows(
 
 
 def rest_notes(recording: Trial) -> Iterator[str]:
-    """Yield that there is no reference, and the spans in which the sensor seems to move."""
+    """Yield notes: there is no reference, and the sensor seems to move in these spans."""
     yield f"{recording.source}: without a reference, so it is taken to be at rest"
     for name, z in zip(recording.log.names, recording.log.data.T, strict=True):
         if is_constant(z, np.nanmax(z)):
@@ -78,7 +78,7 @@ def rest_notes(recording: Trial) -> Iterator[str]:
 
 
 class ScoredAxis:
-    """One axis, and the best averages that methods are measured by."""
+    """One axis, and its best averages, with which methods are compared."""
 
     def __init__(self, z: Floats, recording: Trial, axis: str) -> None:
         rate = recording.log.rate
@@ -93,11 +93,11 @@ class ScoredAxis:
             )
 
     def run(self, method: MethodSpec, samples: Floats) -> AxisResult:
-        """Run a method on other samples, or on the same."""
+        """Run a method on the axis' own samples or on other ones."""
         return run_on_axis(method, samples, self._rate, self._gain, self._unit)
 
     def measure(self, method: MethodSpec, result: AxisResult, samples: Floats) -> dict[str, float]:
-        """Return the measures of a method's output for the samples it has seen."""
+        """Return the measures of a method's output for its input samples."""
         values = {}
         for horizon in HORIZONS:
             estimate = result.estimate

@@ -1,4 +1,4 @@
-"""Methods on simulated gyros: their error over that of the optimal filter."""
+"""Methods on simulated gyros: ratio of their error to the optimal filter's error."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -41,19 +41,20 @@ class Regret:
     models : tuple of GyroModel
         The gyros.
     regret : ndarray, shape (models, methods)
-        RMSE to the true drift over that of the optimum on the same records.
+        Ratio of the method's RMSE to the optimum's RMSE on the same records, both against the true
+        drift.
     sigma : ndarray, shape (models, methods)
-        Standard error of the regret, from how records differ; NaN for one record.
+        Standard error of the regret, from the scatter between records; NaN for one record.
     coverage : ndarray, shape (models, methods)
-        Share of samples and records whose error is within one sigma of the method, 0.683 for an
-        honest Gaussian one; NaN for a method that gives no sigma.
+        Share of samples with an error below the sigma that the method states: 0.683 if this sigma
+        is right and errors are Gaussian; NaN if the method states no sigma.
     optimum : ndarray, shape (models,)
         RMSE of the Kalman filter that knows the model, deg/s.
     causal : ndarray of bool, shape (methods,)
-        True if the method used no later samples: known for the package's own, tested for the
-        user's.
+        True if the method used no later samples: known for methods of the package, tested for
+        methods of the user.
     contamination : Contamination or None
-        Contamination of the records; the optimum is always that on clean records.
+        Contamination of the records; the optimum always has clean records.
     """
 
     methods: tuple[str, ...]
@@ -83,7 +84,7 @@ class Regret:
     def part(
         self, methods: Sequence[str], first: int, contamination: Contamination | None
     ) -> "Regret":
-        """Return some neighbouring methods, the first of them by its place, by these names."""
+        """Return the neighbouring methods from an index on, under these names."""
         columns = slice(first, first + len(methods))
         fields = ("regret", "sigma", "coverage", "causal")
         parts = {name: getattr(self, name)[..., columns] for name in fields}
@@ -156,41 +157,41 @@ def run(
     score_from: float = 120.0,
     progress: Progress | None = None,
 ) -> Regret:
-    """Measure how near to the optimum methods come on simulated gyros.
+    """Measure the errors of methods on simulated gyros relative to the optimal filter.
 
     Parameters
     ----------
     methods : sequence of str, OwnMethod or callable
         ``"raw"``, ``"mean"`` of all samples to date, ``"ema"`` (a moving average whose gain is the
-        best in hindsight for each model), methods of `zerorate.DriftFilter` with its defaults, the
-        user's own, or callables: with k records, shape (n, k), and their rate they return the
-        drift, or an `Estimate` of drift and sigma. All have different names.
+        best in hindsight for each model), methods of `zerorate.DriftFilter` with its defaults,
+        methods of the user, or callables. A callable receives k records, shape (n, k), and their
+        rate, and returns the drift, or an `Estimate` of drift and sigma. All names differ.
     models : sequence of GyroModel, optional
         The gyros; default all of `MODELS`.
     seeds : int
-        Records of each model, from 1; default 12.
+        Number of records of each model, at least 1; default 12.
     duration : float
         Length of a record, s; default half an hour.
     rate : float
-        Samples per second, Hz; default 100, for which the table of models is made.
+        Samples per second, Hz; default 100, the rate of the table of models.
     score_from : float
         Time from which errors count, s; default two minutes.
     progress : callable, optional
-        Called with a model's name and the fraction of all that is done.
-        By default a bar in a notebook.
+        Called with the name of the model and the fraction done. By default a notebook shows a bar.
 
     Returns
     -------
     Regret
-        RMS over samples and seeds before the ratio, which lucky seeds would rule otherwise.
+        Regrets. The RMS is taken over samples and seeds before the ratio; otherwise lucky seeds
+        would dominate.
 
     Raises
     ------
     ValueError
-        If a name is not known or stands twice, no model or seed is given, the record is not longer
-        than `score_from`, or a callable returns another shape.
+        If a name is unknown or repeated, no model or seed is given, the record is not longer than
+        `score_from`, or a callable returns another shape.
     MethodError
-        If the user's own method fails.
+        If a method of the user fails.
 
     Examples
     --------
@@ -224,14 +225,14 @@ def run_contaminated(
     duration: float = 1800.0,
     progress: Progress | None = None,
 ) -> list[Regret]:
-    """Return the regret on clean records, then that with each of the faults put into them.
+    """Return the regret on clean records, then the regret with each of the faults added.
 
-    The best moving average in hindsight is left out there: it would know the outliers as well.
+    With faults the best moving average in hindsight is left out: it would know the outliers.
 
     Parameters
     ----------
     methods : sequence of str or OwnMethod
-        Names that `run` knows, and the user's own.
+        Names known to `run`, and methods of the user.
     faults : sequence of Contamination
         All different.
     seeds, duration, progress
@@ -318,7 +319,7 @@ def _ratio_error(squares: Floats, optimum_squares: Floats) -> Floats:
 
 
 def scored_span(duration: float, score_from: float, rate: float) -> tuple[int, int]:
-    """Return the first sample that counts and the number of all."""
+    """Return the index of the first scored sample and the number of samples."""
     if not (0.0 <= score_from < duration < math.inf and 0.0 < rate < math.inf):
         raise ArgumentError(
             "rate",

@@ -1,4 +1,4 @@
-"""From the angle of an encoder to its rate."""
+"""Rate from the angle of an encoder."""
 
 from typing import Final
 
@@ -14,9 +14,9 @@ _POLYNOMIAL_DEGREE: Final = 3
 
 
 def slope(angle: Floats, rate: float) -> Floats:
-    """Return the slope of the cubic that fits 60 ms of angles around each sample best.
+    """Return the slope of the best cubic through 60 ms of angles around each sample.
 
-    It is not late, and keeps nearly all of what turns to and fro up to ten times a second.
+    The slope has no delay, and keeps nearly all of an oscillation up to 10 Hz.
 
     Parameters
     ----------

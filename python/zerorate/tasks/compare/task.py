@@ -37,11 +37,12 @@ class Compared(Result):
     Parameters
     ----------
     comparisons : tuple of Comparison
-        One a kind of recording, each followed by those of its contaminated recordings.
+        One comparison for each kind of recording, followed by the comparisons of its contaminated
+        recordings.
     simulated : tuple of Regret
-        On simulated gyros, clean and contaminated.
+        Regrets on simulated gyros, clean and contaminated.
     alarms : tuple of str
-        What contradicts the recordings, a sentence each.
+        Contradictions in the recordings, one sentence each.
 
     Examples
     --------
@@ -75,7 +76,7 @@ class Compared(Result):
         Parameters
         ----------
         per_axis : bool
-            Tables of every axis; by default means over all axes, with the worst.
+            Tables of every axis; by default means over all axes, and the worst axis.
         """
         return table_of(self, per_axis)
 
@@ -101,19 +102,18 @@ def compare(
 ) -> Compared:
     """Compare filters on recordings by the cost of their errors, at rest and in motion.
 
-    Recordings are checked first; rates stay as they were measured. ``zerorate compare`` does the
-    same.
+    Recordings are checked first; rates are not changed. ``zerorate compare`` does the same.
 
     Parameters
     ----------
     source : Recording, Trial, Log, path, data frame or mapping of arrays, or a list of these
-        With a gyro; in motion with a reference.
+        Recording with a gyro; if it moves, also with a reference.
     methods : sequence of str, OwnMethod or callable
-        As of `zerorate.tasks.compare.compare_methods`.
+        Methods, as in `zerorate.tasks.compare.compare_methods`.
     contaminate : sequence of str or Contamination
         Faults to add to the recordings, for separate comparisons.
     attitude : sequence of str
-        Filters of attitude, for recordings with an accelerometer and the true orientation; () for
+        Attitude filters, for recordings with an accelerometer and the true orientation; () for
         none.
     frame : {"enu", "ned", "nwu"}
         Frame of the true orientation.
@@ -122,13 +122,13 @@ def compare(
     quaternion : sequence of str, optional
         Columns w, x, y, z of the true orientation.
     simulated : bool
-        Add simulated gyros, whose best filter is known.
+        Add simulated gyros, for which the best filter is known.
     seeds : int
-        Simulated records of each gyro.
+        Number of simulated records of each gyro.
     fix : bool
-        Correct a unit or axes of the gyro that the motion contradicts, where that is certain.
+        Correct the gyro's unit or axes where the motion certainly contradicts them.
     progress : callable, optional
-        Called with a step's name and the fraction done. By default a bar in a notebook.
+        Called with the name of the step and the fraction done. By default a notebook shows a bar.
     **reading
         Arguments of `zerorate.read_log`, for sources that are read.
 
@@ -140,9 +140,9 @@ def compare(
     Raises
     ------
     LogError
-        If a recording cannot be read, or lacks what its kind of comparison needs.
+        If a recording cannot be read, or lacks data that its kind of comparison needs.
     ValueError
-        If a method, a fault or the frame is not known, or there is nothing to compare on.
+        If a method, a fault or the frame is not known, or there is no recording to compare on.
     MethodError
         If a method of your own fails.
 

@@ -1,4 +1,4 @@
-"""Trials: gyros of a recording, with or without another measurement of their motion."""
+"""Trials: gyros of a recording, with or without a reference for their motion."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ _TRIAL_LOGS: Final = ("gyro", "accel", "mag", "reference")
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A rate about one axis that something else measured; its scale and sign may differ.
+    """A rate about one axis from another instrument; its scale and sign may differ.
 
     Attributes
     ----------
     name : str
-        Of the column.
+        Name of the column.
     rate : ndarray, shape (n,)
-        In rad/s, or any unit if that is not known; NaN where missing.
+        Rate in rad/s, or in the column's unit if that is not known; NaN where missing.
     """
 
     name: str
@@ -57,9 +57,9 @@ class Orientation:
     Attributes
     ----------
     names : tuple of str
-        Of the four columns.
+        Names of the four columns.
     quaternions : ndarray, shape (n, 4)
-        w, x, y, z from sensor to world; NaN where missing.
+        Quaternions w, x, y, z from sensor to world; NaN where missing.
     """
 
     names: tuple[str, ...]
@@ -73,14 +73,14 @@ class Trial:
     Attributes
     ----------
     log : Log
-        In rad/s, or in a unit of its own if that is not known.
+        Gyros in rad/s, or in the log's unit if that is not known.
     reference : Reference or None
         Rate about the axis of one of the gyros.
     orientation : Orientation or None
-        Of the three gyros together.
+        Orientation of the three gyros together.
     accel, mag : Log or None
-        Accelerometer and magnetometer of the sensor that the gyros are of, on clocks of their own
-        and in their own units: those of the gyros' name, or the only ones.
+        Accelerometer and magnetometer of the same device as the gyros, on their own clocks and in
+        their own units: the logs with the gyros' name, or the only ones.
 
     Examples
     --------
@@ -99,15 +99,15 @@ class Trial:
 
     @classmethod
     def of(cls, recording: Recording) -> Trial:
-        """Return the trial of all gyros of a recording that share the clock of the first.
+        """Return the trial of all gyros that share the clock of the first gyro.
 
-        Its reference is an orientation if it has the four columns of a quaternion, else the angle
-        or the rate in its first column.
+        The reference is an orientation if the recording has the four columns of a quaternion,
+        otherwise the angle or rate in the first reference column.
 
         Raises
         ------
         LogError
-            If there is no gyro, or there is a reference and the gyros are of no known unit.
+            If there is no gyro, or there is a reference and the unit of the gyros is not known.
         """
         log = _join_gyros(recording)
         truth = recording.reference
@@ -129,7 +129,7 @@ class Trial:
 
     @property
     def kind(self) -> Kind:
-        """Kind of the trial: without a reference it has to be at rest."""
+        """Kind of the trial; without a reference the sensor must be at rest."""
         if self.orientation is not None:
             return "orientation"
         return "rest" if self.reference is None else "turning"
@@ -147,7 +147,7 @@ class Trial:
 
     @property
     def source(self) -> str:
-        """The file's path, where there is one."""
+        """Path of the file, if there is one."""
         return str(self.log.meta.get("source", "the log"))
 
 
@@ -159,7 +159,7 @@ def read_trial(
     quaternion: Sequence[str] | None = None,
     **arguments: Unpack[ReadArguments],
 ) -> Trial:
-    """Return the gyros of a recording with the reference that it holds.
+    """Return the gyros of a recording with its reference.
 
     Parameters
     ----------
@@ -167,13 +167,13 @@ def read_trial(
         As of `zerorate.read_log`.
     reference : str, optional
         Column of an angle or a rate about the axis of one gyro, from a shaft encoder or a rate
-        table. It is a rate if its unit or its name says so, else an angle, in deg unless its name
-        ends in rad. Scale and sign may differ from the gyro's.
+        table. The column is a rate if its unit or name says so; otherwise it is an angle, in deg
+        unless its name ends in rad. Scale and sign may differ from the gyro's.
     quaternion : sequence of str, optional
-        Four columns w, x, y, z of the orientation from sensor to world. Unless `columns` are
-        chosen, those whose names end so after ``quat``, such as ``ref_quat_w``, are found.
+        Four columns w, x, y, z of the orientation from sensor to world. Without `columns`, columns
+        whose names have ``quat`` before this letter, such as ``ref_quat_w``, are found.
     **arguments
-        As of `zerorate.read_log`; ``start`` and ``stop`` as of `zerorate.read_recording`.
+        Arguments of `zerorate.read_log`; ``start`` and ``stop`` as in `zerorate.read_recording`.
 
     Returns
     -------
@@ -183,8 +183,8 @@ def read_trial(
     Raises
     ------
     LogError, ValueError, OSError, ImportError
-        As `zerorate.read_log`; also if a reference and a quaternion are given, one of them is
-        not there or is not what its name says, or the gyros next to it are of no known unit.
+        As `zerorate.read_log`. Also if both a reference and a quaternion are given, a column is
+        missing or contradicts its name, or the unit of the gyros is not known.
 
     Examples
     --------
@@ -204,7 +204,7 @@ def read_with_reference(
     quaternion: Sequence[str] | None,
     **arguments: Unpack[ReadArguments],
 ) -> Recording:
-    """Return the recording of which `read_trial` makes a trial."""
+    """Return the recording from which `read_trial` makes a trial."""
     if reference is not None and quaternion is not None:
         raise ValueError("a log is compared with a reference or a quaternion, not with both")
     if quaternion is not None and len(quaternion) != 4:
@@ -288,7 +288,7 @@ def _sensor_key(log: Log) -> tuple[object, str]:
 
 
 def align_to_gyros(log: Log, gyros: Log) -> Floats:
-    """Return a log's samples at the nearest samples of the gyros, NaN between them."""
+    """Return a log's samples, each at the nearest sample of the gyros; NaN elsewhere."""
     if _has_same_clock(log, gyros):
         return log.data
     indices = np.rint((log.time - gyros.time[0]) * gyros.rate).astype(np.int64)

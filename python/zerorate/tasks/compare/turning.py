@@ -1,4 +1,4 @@
-"""Measures of methods on a sensor that turns next to a reference."""
+"""Measures of methods on a rotating sensor with a reference."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -28,20 +28,20 @@ _DELAY_MARGIN_SAMPLES: Final = 4
 
 @dataclass(frozen=True, eq=False)
 class ReferenceFit:
-    """A reference in the unit, sign and time of the gyro that it belongs to.
+    """A reference in the unit, sign and time of its gyro.
 
     Attributes
     ----------
     axis : str
-        The gyro of the log that follows the reference best.
+        Gyro of the log that follows the reference best.
     raw, rate : ndarray, shape (n,)
-        Its output, and the reference.
+        Output of the gyro, and the reference.
     scale : float
-        What one unit of the reference is worth in the gyro's.
+        Gyro output per unit of the reference.
     offset : float
-        What the gyro shows when the reference does not turn.
+        Gyro output when the reference does not rotate.
     delay : float
-        By how much the gyro is late, s.
+        Delay of the gyro, s.
     """
 
     axis: str
@@ -60,7 +60,7 @@ class ReferenceFit:
 
 
 def fit_reference(recording: Trial, reference: Reference) -> ReferenceFit:
-    """Return the reference as the gyro that follows it best would see it.
+    """Return the reference in the units and time of the gyro that follows it best.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def fit_reference(recording: Trial, reference: Reference) -> ReferenceFit:
 def turning_rows(
     recording: Trial, match: ReferenceFit, methods: Sequence[MethodSpec], samples: Floats
 ) -> Iterator[Row]:
-    """Yield the measures of every method on the gyro that the reference belongs to.
+    """Yield the measures of every method on the gyro of the reference.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def turning_rows(
     methods : sequence of str or OwnMethod
         Axis to score.
     samples : ndarray, shape (n, k)
-        What they are fed with: the record's data, or a contaminated copy.
+        Input of the methods: the recording's data, or a contaminated copy.
     """
     truth = match.raw - match.rate
     z = np.ascontiguousarray(samples[:, recording.log.names.index(match.axis)])

@@ -1,4 +1,4 @@
-"""A stream of lines: samples in, answers out, and a state that can be saved between any two."""
+"""A stream of lines: samples in, answers out; its state can be saved after any line."""
 
 from zerorate.io.packets import PACKETS, Damage, PacketProtocol
 from zerorate.tasks.live.array import ArrayColumn, ArraySettings

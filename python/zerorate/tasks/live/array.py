@@ -52,21 +52,21 @@ class ArraySettings:
     Parameters
     ----------
     array : GyroArray
-        One that has seen no sample; its state is copied.
+        A new array without samples; its state is copied.
     beside : tuple of str
-        Further columns of an answer, of `ArrayColumn`: ``"at_rest"`` of each axis, the ``"health"``
-        of each sensor.
+        Extra columns of an answer, from `ArrayColumn`: ``"at_rest"`` for each axis, ``"health"``
+        for each sensor.
     columns : tuple of str or int, optional
-        Sensor by sensor, of each its axes. By default those that a header line names like gyros, in
-        their order; without a header line all but the next.
+        Columns of the axes, sensor by sensor. By default the columns that a header line names like
+        gyros, in their order; without a header line all but `sequence` and `time`.
     sequence : str or int, optional
         Column of the sequence number; None for no such column.
     sequence_bits : int, optional
         Width of the counter that numbers the samples; None if it is to be learned.
     time : str or int, optional
-        Column of the time of each sample: samples that its gaps show are missing.
+        Column of the time of each sample; a gap in it counts as missing samples.
     time_unit : str, optional
-        Its unit, where its name does not say it.
+        Unit of the time, if the column's name does not state it.
 
     Raises
     ------
@@ -106,11 +106,11 @@ class ArraySettings:
 
     @property
     def rate(self) -> float:
-        """Samples a second."""
+        """Samples per second, Hz."""
         return self.array.rate
 
     def open_engine(self, cells: Sequence[str], fields: int | None) -> Engine:
-        """Return a new array for lines as the first one is; LineError or ColumnError if none."""
+        """Return a new array for lines like the first; raise LineError or ColumnError."""
         names = header_names(cells) if any(cells) else None
         gyros = tuple(i for i, name in enumerate(names or ()) if looks_like_gyro(name))
         columns = self.columns or gyros or None
@@ -122,7 +122,7 @@ class ArraySettings:
         return ArrayEngine(layout, self.array.copy(), self.beside, stamp_clock=stamp_clock)
 
     def restore_engine(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
-        """Return the array of a checkpoint; ValueError if its parts do not belong together."""
+        """Return the array from a checkpoint; ValueError if its parts do not belong together."""
         array, samples = (
             restore_filter(GyroArray.from_bytes, filter_),
             check_count(saved["samples"]),
@@ -136,7 +136,7 @@ class ArraySettings:
         return engine
 
     def as_json(self) -> dict[str, Any]:
-        """Return the settings as JSON keeps them."""
+        """Return the settings in the types of JSON."""
         return {
             "array": base64.b64encode(self.array.to_bytes()).decode(),
             "beside": list(self.beside),
@@ -149,7 +149,7 @@ class ArraySettings:
 
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Self:
-        """Return the settings that `as_json` gave."""
+        """Return the settings from the output of `as_json`."""
         arguments = lists_to_tuples(fields)
         raw = base64.b64decode(arguments.pop("array"))
         return cls(restore_filter(GyroArray.from_bytes, raw), **arguments)
@@ -173,15 +173,15 @@ class ArrayEngine(TimedEngine):
     Parameters
     ----------
     layout : Layout
-        How every line is laid out.
+        Layout of every line.
     array : GyroArray
         The array.
     beside : sequence of str
-        Further columns.
+        Extra columns.
     samples : int
-        Samples that it has seen, those lost or garbled among them.
+        Number of samples to date, including lost and garbled ones.
     clocked : Clocked, optional
-        The clock whose gaps are missing samples.
+        Clock whose gaps count as missing samples.
     """
 
     def __init__(
@@ -209,7 +209,7 @@ class ArrayEngine(TimedEngine):
         return names + [name for column in self._extra_columns for name in extra_names[column]]
 
     def miss(self, count: int) -> None:
-        """Take so many samples as missing."""
+        """Count this number of samples as missing."""
         if self.stamp_clock is None:
             self._predict(count)
         else:
@@ -227,18 +227,18 @@ class ArrayEngine(TimedEngine):
         return self.layout.row(cells), self.stamp(cells)
 
     def feed(self, row: list[float], step: Step, left_out: bool) -> None:
-        """Give a sample to the array, after those that are missing before it."""
+        """Give the array the samples missing before this one, then this one."""
         if step.missing:
             self._predict(step.missing)
         self.samples += 1
         self._rate = self._array.update(np.reshape(row, self._shape))
 
     def snapshot(self) -> list[Any]:
-        """Return the array as it is."""
+        """Return the current state of the array."""
         return [self.samples, self._array.to_bytes()]
 
     def restore(self, saved: Sequence[Any]) -> None:
-        """Take the array as it was."""
+        """Restore an earlier state of the array."""
         self.samples, raw = saved
         self._array = GyroArray.from_bytes(raw)
 
@@ -251,9 +251,9 @@ class ArrayEngine(TimedEngine):
         return texts
 
     def state(self) -> dict[str, Any]:
-        """Return the clock: the array holds all else."""
+        """Return the state of the clock; the array holds all other state."""
         return self.timing()
 
     def to_bytes(self) -> bytes:
-        """Return the array."""
+        """Return the array as bytes."""
         return self._array.to_bytes()

@@ -107,7 +107,7 @@ class AttitudeSettings:
     Parameters
     ----------
     rate : float
-        Samples a second.
+        Samples per second, Hz.
     frame : str
         Axes of the earth: ``"enu"``, ``"ned"`` or ``"nwu"``.
     mag : bool
@@ -115,12 +115,14 @@ class AttitudeSettings:
     beside : tuple of str
         Extra columns of an answer, of `AttitudeColumn`.
     columns : tuple of str or int, optional
-        Six or nine columns: gyro, accelerometer and maybe magnetometer, each x, y, z. By default
-        those that a header line names so; without a header line all but the next two.
+        Six or nine columns: gyro, accelerometer and optionally magnetometer, each x, y, z. By
+        default the columns that a header line names so; without a header line all but `sequence`
+        and `time`.
     sequence, time : str or int, optional
         Columns of a sequence number, and of the time of each sample; None for none.
     time_unit : str, optional
-        Unit of the time, as ``time_unit`` of `zerorate.read_log`, where its name does not say it.
+        Unit of the time, as ``time_unit`` of `zerorate.read_log`, if the column's name does not
+        state it.
     sequence_bits : int, optional
         Width of the counter that numbers the samples; None if it is to be learned.
     gyro_unit, accel_unit : str, optional
@@ -168,7 +170,7 @@ class AttitudeSettings:
 
     @classmethod
     def of_reading(cls, rate: float, unit: str | None, data_scale: Scale, **asked: Any) -> Self:  # noqa: ANN401
-        """Return settings of lines with this unit and scale, as those of `zerorate.read_log`."""
+        """Return settings for lines with the unit and scale of `zerorate.read_log`."""
         units, scaling = units_of_sensors(unit) or {}, Scaling.of(data_scale)
         return cls(
             rate,
@@ -202,7 +204,7 @@ class AttitudeSettings:
                 object.__setattr__(self, name, canonical_unit(unit))
 
     def open_engine(self, cells: Sequence[str], fields: int | None) -> Engine:
-        """Return a new filter for lines as the first one is; LineError or ColumnError if none."""
+        """Return a new filter for lines like the first; raise LineError or ColumnError."""
         first_line = _read_first_line(cells, self, fields)
         mag = len(first_line.layout.channels) == 9
         if self.learn_magnetometer and not mag:
@@ -215,7 +217,7 @@ class AttitudeSettings:
         return AttitudeEngine(first_line, self, filter_, stamp_clock=stamp_clock)
 
     def restore_engine(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
-        """Return the filter of a checkpoint; ValueError if its parts do not belong together."""
+        """Return the filter from a checkpoint; ValueError if its parts do not belong together."""
         attitude, samples = (
             restore_filter(Attitude.from_bytes, filter_),
             check_count(saved["samples"]),
@@ -230,11 +232,11 @@ class AttitudeSettings:
         return engine
 
     def as_json(self) -> dict[str, Any]:
-        """Return the settings as JSON keeps them."""
+        """Return the settings in the types of JSON."""
         return tuples_to_lists(asdict(self))
 
     def filter(self, mag: bool, gyro_unit: str, accel_unit: str) -> Attitude:
-        """Return a new filter of samples in these units."""
+        """Return a new filter for samples in these units."""
         settings: Any = {"frame": self.frame, "gyro_unit": gyro_unit, "accel_unit": accel_unit}
         settings["bias_limit"] = self.bias_limit
         settings["learn_magnetometer"] = self.learn_magnetometer
@@ -242,7 +244,7 @@ class AttitudeSettings:
 
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Self:
-        """Return the settings that `as_json` gave."""
+        """Return the settings from the output of `as_json`."""
         return cls(**lists_to_tuples(fields))
 
 
@@ -255,8 +257,8 @@ def _check_unit(name: str, unit: str, kind: str) -> None:
 class AttitudeEngine(TimedEngine):
     """Answers each sample with the quaternion w, x, y, z from sensor to earth, and extra columns.
 
-    A line holds gyro, accelerometer and maybe magnetometer, three numbers each; an empty cell or
-    ``nan`` is missing, and so is all of its sensor.
+    A line holds three numbers each of gyro, accelerometer and optionally magnetometer. If a cell is
+    empty or ``nan``, the sensor's sample is missing.
 
     Parameters
     ----------
@@ -267,7 +269,7 @@ class AttitudeEngine(TimedEngine):
     filter : Attitude
         The filter.
     samples : int
-        Samples that it has seen, those lost or garbled among them.
+        Number of samples to date, including lost and garbled ones.
     clocked : Clocked, optional
         The clock.
     """
@@ -318,7 +320,7 @@ class AttitudeEngine(TimedEngine):
         return row, stamp
 
     def feed(self, row: list[float], step: Step, left_out: bool) -> None:
-        """Give a sample to the filter, after those that are missing before it."""
+        """Give the filter the samples missing before this one, then this one."""
         if step.missing:
             self._miss(step.missing, step.dt)
         gyro, accel, mag = self._scale_row(row)
@@ -346,11 +348,11 @@ class AttitudeEngine(TimedEngine):
         return texts
 
     def snapshot(self) -> list[Any]:
-        """Return the filter as it is."""
+        """Return the current state of the filter."""
         return [self.samples, self._filter.to_bytes()]
 
     def restore(self, saved: Sequence[Any]) -> None:
-        """Take the filter as it was."""
+        """Restore an earlier state of the filter."""
         self.samples, raw = saved
         self._filter = Attitude.from_bytes(raw)
 
@@ -372,7 +374,7 @@ class AttitudeEngine(TimedEngine):
         )
 
     def sentences(self) -> Iterator[str]:
-        """Yield the notes at the end."""
+        """Yield the notes of the whole stream."""
         yield from super().sentences()
         if self._filter.status == "wrong unit":
             yield "what the accelerometer shows at rest is not gravity: is its unit right?"
@@ -384,7 +386,7 @@ class AttitudeEngine(TimedEngine):
         return {"opened": first_line, **self.timing()}
 
     def to_bytes(self) -> bytes:
-        """Return the filter."""
+        """Return the filter as bytes."""
         return self._filter.to_bytes()
 
     def _check_time(self, stamp: float) -> None:

@@ -1,4 +1,4 @@
-"""The filter of a stream, which no gap may stop from answering."""
+"""The filter of a stream, which answers without delay after any gap."""
 
 import math
 from collections.abc import Sequence
@@ -20,23 +20,23 @@ _NO_FORCE: Final = (math.nan, math.nan, math.nan)
 
 @dataclass
 class BacklogFilter:
-    """A filter with the missing samples that it has not been given yet.
+    """A filter and the number of missing samples that it has not processed yet.
 
-    It catches up with a long gap in pieces, one with each sample that comes. A sample that comes
-    meanwhile is answered with the drift known so far, and counts as missing, so the state does not
-    depend on how fast the machine is.
+    It processes a long gap in pieces, one piece with each new sample. A sample that comes meanwhile
+    is answered with the drift known so far, and counts as missing, so the state does not depend on
+    how fast the machine is.
 
     Parameters
     ----------
     filter : DriftFilter
-        For one channel it takes floats.
+        The filter; for one channel it takes floats.
     beside : sequence of Beside
         Extra columns of an answer.
     owed : int
-        Missing samples that the filter has not been given.
+        Number of missing samples that the filter has not processed yet.
     motion : MotionDetector, optional
-        Detector of motion by the accelerometer next to the gyro; a filter that holds is given its
-        flag, as in a replay.
+        Detector of motion by the accelerometer next to the gyro; a filter that holds the bias in
+        motion uses its flag, as in a replay.
     """
 
     filter: DriftFilter
@@ -58,9 +58,9 @@ class BacklogFilter:
         )
 
     def answer(self, row: list[float], force: Sequence[float] = _NO_FORCE) -> list[str]:
-        """Return the answer to a sample: one text a channel, then the extra ones.
+        """Return the answer to a sample: one text per channel, then the extra columns.
 
-        `force` is what the accelerometer shows, three numbers, if there is one.
+        `force` is the accelerometer's sample, three numbers, if there is one.
         """
         self._predict(self._catch_up_samples)
         if self.pending_count:
@@ -73,14 +73,14 @@ class BacklogFilter:
         return answer_texts(rate, self.filter, self.extra_columns)
 
     def miss(self, count: int) -> None:
-        """Take so many samples as missing."""
+        """Count this number of samples as missing."""
         is_behind = self.pending_count > 0
         self.pending_count += count
         if not is_behind and count * self._width <= _MAX_IMMEDIATE_SAMPLES:
             self._predict(self.pending_count)
 
     def snapshot(self) -> list[Any]:
-        """Return all that samples change: the pending count, the filter, the motion detector."""
+        """Return the state that samples change: pending count, filter, motion detector."""
         motion = None if self.motion is None else self.motion.to_bytes()
         return [self.pending_count, self.filter.to_bytes(), motion]
 

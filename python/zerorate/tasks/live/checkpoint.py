@@ -40,11 +40,11 @@ FOREIGN_STATE_ERRORS: Final = (
 
 
 class CheckpointError(ValueError):
-    """The bytes are no whole checkpoint, or one of other settings."""
+    """The bytes are no complete checkpoint, or a checkpoint with other settings."""
 
 
 class SettingsError(CheckpointError):
-    """The checkpoint is of other settings."""
+    """The checkpoint has other settings."""
 
 
 def pack_checkpoint(text: bytes, filter_: bytes) -> bytes:
@@ -59,7 +59,7 @@ def unpack_checkpoint(raw: bytes) -> tuple[bytes, bytes]:
     Raises
     ------
     CheckpointError
-        If the bytes are not such a checkpoint, or not all of it.
+        If the bytes are no checkpoint, or not complete.
     """
     if raw and not raw[: len(_SIGNATURE)] == _SIGNATURE[: len(raw)]:
         raise CheckpointError("it is no checkpoint of a stream in this version's format")
@@ -82,7 +82,7 @@ class StreamState:
 
     @classmethod
     def of(cls, fields: Mapping[str, Any]) -> Self:
-        """Return it from JSON; raise one of `FOREIGN_STATE_ERRORS` if it is of another kind."""
+        """Return the state from JSON; raise one of `FOREIGN_STATE_ERRORS` for another kind."""
         width, channels, sequence, names, unit = fields["layout"]
         layout = Layout(
             check_count(width),
@@ -94,7 +94,7 @@ class StreamState:
         return cls(_check_text(fields.get("engine", "drift")), fields["settings"], layout, fields)
 
     def check(self, sequence: str | int | None, numbers: SequenceCount) -> None:
-        """Raise ValueError if no stream could have come to these columns and numbers."""
+        """Raise ValueError if no stream can have these columns and numbers."""
         layout, positions = self.layout, range(self.layout.fields)
         consistent = (
             layout.channels and all(position in positions for position in layout.channels),
@@ -109,7 +109,7 @@ class StreamState:
 
 
 def restore_filter(restore: Callable[[bytes], T], raw: bytes) -> T:
-    """Return the filter that bytes hold; CheckpointError if they hold none."""
+    """Return the filter from its bytes; CheckpointError if they hold no filter."""
     try:
         return restore(raw)
     except ValueError as error:
@@ -117,12 +117,12 @@ def restore_filter(restore: Callable[[bytes], T], raw: bytes) -> T:
 
 
 def tuples_to_lists(fields: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings as JSON keeps them, tuples as lists."""
+    """Return settings with lists in place of tuples, as in JSON."""
     return {name: list(x) if isinstance(x, tuple) else x for name, x in fields.items()}
 
 
 def lists_to_tuples(fields: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings that `tuples_to_lists` gave."""
+    """Return settings with tuples again, from the output of `tuples_to_lists`."""
     return {name: tuple(x) if isinstance(x, list) else x for name, x in fields.items()}
 
 
@@ -151,7 +151,7 @@ def check_settings(
 
 
 def sequence_state(sequence: SequenceCount) -> list[Any]:
-    """Return the counts of sequence numbers, as JSON keeps them."""
+    """Return the counts of sequence numbers in the types of JSON."""
     return [getattr(sequence, name) for name in _SEQUENCE_FIELDS]
 
 
@@ -184,7 +184,7 @@ def _check_integer(value: object) -> int:
 
 
 def check_count(value: object) -> int:
-    """Return a count; TypeError or ValueError if it is none."""
+    """Return the argument if it is a count; otherwise raise TypeError or ValueError."""
     if _check_integer(value) < 0:
         raise ValueError("a count was expected")
     return _check_integer(value)

@@ -25,24 +25,24 @@ Corrector: TypeAlias = Callable[[list[float], list[float]], list[float]]
 
 
 class DriftEngine(TimedEngine):
-    """Answers each sample with its rate, in the place of the channels.
+    """Answers each sample with its rate, in the positions of the channels.
 
     Parameters
     ----------
     layout : Layout
-        How every line is laid out.
+        Layout of every line.
     running : Running
         The filter.
     scale, limit : float, optional
-        What samples are multiplied by, and the end of the sensor's range.
+        Factor of the samples, and end of the sensor's range.
     samples : int
-        Samples that it has seen, those lost or garbled among them.
+        Number of samples to date, including lost and garbled ones.
     accel : sequence of int
-        Columns of an accelerometer, x, y, z; none if there is none.
+        Columns of an accelerometer, x, y, z; empty if there is none.
     stamp_clock : StampClock, optional
-        The clock whose gaps are missing samples.
+        Clock whose gaps count as missing samples.
     correct : callable, optional
-        Corrects a gyro's sample by a calibration, given the accelerometer's.
+        Corrects a gyro sample with a calibration, given the accelerometer's sample.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class DriftEngine(TimedEngine):
         return self.layout.labels
 
     def miss(self, count: int) -> None:
-        """Take so many samples as missing."""
+        """Count this number of samples as missing."""
         if self.stamp_clock is None:
             self.samples += count
             self._backlog.miss(count)
@@ -85,16 +85,16 @@ class DriftEngine(TimedEngine):
             super().miss(count)
 
     def read(self, cells: Sequence[str]) -> tuple[Any, float | None]:
-        """Return the numbers of gyro and accelerometer, and the stamp; LineError if none."""
+        """Return the sample of gyro and accelerometer, and the stamp; LineError if none."""
         gyro, force = self.layout.row(cells), [number_or_nan(cells[i]) for i in self._accel]
         return (gyro, force), self.stamp(cells)
 
     def numbers(self, row: tuple[list[float], list[float]]) -> list[float]:
-        """Return the numbers that are all the same where a row repeats the one before."""
+        """Return the numbers that are equal if a row repeats the row before."""
         return [*row[0], *row[1]]
 
     def feed(self, row: tuple[list[float], list[float]], step: Step, left_out: bool) -> None:
-        """Give a sample to the filter, after those that are missing before it."""
+        """Give the filter the samples missing before this one, then this one."""
         if step.missing:
             self.samples += step.missing
             self._backlog.miss(step.missing)
@@ -122,17 +122,17 @@ class DriftEngine(TimedEngine):
         return self._texts
 
     def snapshot(self) -> list[Any]:
-        """Return the filter as it is."""
+        """Return the current state of the filter."""
         return [self.samples, *self._backlog.snapshot()]
 
     def restore(self, saved: Sequence[Any]) -> None:
-        """Take the filter as it was."""
+        """Restore an earlier state of the filter."""
         self.samples, *backlog_state = saved
         self._backlog.restore(backlog_state)
         del self._head[self.samples :]
 
     def format_answer(self, cells: Sequence[str], texts: Sequence[str]) -> str:
-        """Return the answer to a line: texts in the place of channels, further ones at its end."""
+        """Return the answer to a line: texts in place of the channels, extra ones at the end."""
         return self.layout.answer(cells, texts)
 
     def header(self, cells: Sequence[str]) -> str:
@@ -162,14 +162,14 @@ class DriftEngine(TimedEngine):
         return describe_counts(self._names, "gyro", self.layout.unit or UNKNOWN_UNIT, head)
 
     def sentences(self) -> Iterator[str]:
-        """Yield notes on the samples that the filter has left out to date."""
+        """Yield notes on the samples that the filter has left out up to now."""
         yield from super().sentences()
         filter_ = self._backlog.filter
         seen = filter_.samples_seen
         yield from ExclusionCounts.of(filter_).sentences(self._names, seen, self._limit)
 
     def view(self) -> View | None:
-        """Return the last sample without its bias, and the bias."""
+        """Return the last sample minus its bias, and the bias."""
         if self._gyro is None:
             return None
         filter_ = self._backlog.filter

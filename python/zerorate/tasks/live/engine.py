@@ -11,14 +11,14 @@ from zerorate.tasks.live.view import View
 class Engine(ABC):
     """Answers samples, and defines the contents of its checkpoints.
 
-    An answer is all cells of a line that are no sample, then what the engine has to say.
+    An answer has all cells of a line that are not the sample, then the engine's columns.
 
     Parameters
     ----------
     layout : Layout
-        How every line is laid out.
+        Layout of every line.
     samples : int
-        Samples that it has seen, those lost or garbled among them if they count.
+        Number of samples to date, including lost and garbled ones if they count.
     """
 
     def __init__(self, layout: Layout, samples: int = 0) -> None:
@@ -31,12 +31,12 @@ class Engine(ABC):
         """Names of the columns of an answer."""
 
     def read(self, cells: Sequence[str]) -> Any:  # noqa: ANN401  # each engine has its own
-        """Return the sample in the cells of a line; LineError if there is none."""
+        """Return the sample in the cells of a line; LineError if they hold none."""
         return self.layout.row(cells)
 
     @abstractmethod
     def miss(self, count: int) -> None:
-        """Take so many samples as missing."""
+        """Count this number of samples as missing."""
 
     @abstractmethod
     def answer(self, sample: Any) -> list[str]:  # noqa: ANN401
@@ -44,7 +44,7 @@ class Engine(ABC):
 
     @abstractmethod
     def state(self) -> dict[str, Any]:
-        """Return the state outside the filter's own bytes, as JSON keeps it."""
+        """Return the state outside the filter's own bytes, in the types of JSON."""
 
     @abstractmethod
     def to_bytes(self) -> bytes:
@@ -52,7 +52,7 @@ class Engine(ABC):
 
     @property
     def nan_texts(self) -> list[str]:
-        """The answer to a sample that was not taken."""
+        """The answer to a sample that was not used."""
         return ["nan"] * len(self.columns)
 
     @property
@@ -72,32 +72,32 @@ class Engine(ABC):
         return (cell for i, cell in enumerate(cells) if i not in self.layout.channels)
 
     def view(self) -> View | None:
-        """Return the current view, None where there is nothing yet."""
+        """Return the current view, None before the first sample."""
         return None
 
     @property
     def opening(self) -> str | None:
-        """A sentence on the columns, None if there is none to say."""
+        """A sentence on the columns, None if none is needed."""
         return None
 
     def notice(self) -> str | None:
-        """Return a sentence on the first samples, once; None if there is none to say."""
+        """Return a sentence on the first samples, once; None if none is needed."""
         return None
 
     def sentences(self) -> Iterator[str]:
-        """Yield the notes at the end."""
+        """Yield the notes of the whole stream."""
         yield from ()
 
 
 class EngineSettings(Protocol):
-    """A requested engine, and the contents of its lines: the same after a restart."""
+    """Settings of an engine and its lines; they do not change in a restart."""
 
     kind: ClassVar[str]
     """Word for the engine in a checkpoint."""
 
     @property
     def rate(self) -> float:
-        """Samples a second."""
+        """Samples per second, Hz."""
 
     @property
     def sequence(self) -> str | int | None:
@@ -108,14 +108,14 @@ class EngineSettings(Protocol):
         """Width of the counter that numbers the samples."""
 
     def open_engine(self, cells: Sequence[str], fields: int | None) -> Engine:
-        """Return a new engine for lines as the first one is; LineError or ColumnError if none."""
+        """Return a new engine for lines like the first; raise LineError or ColumnError."""
 
     def restore_engine(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
-        """Return the engine of a checkpoint; ValueError if its parts do not belong together."""
+        """Return the engine from a checkpoint; ValueError if its parts do not belong together."""
 
     def as_json(self) -> dict[str, Any]:
-        """Return the settings as JSON keeps them."""
+        """Return the settings in the types of JSON."""
 
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Self:
-        """Return the settings that `as_json` gave."""
+        """Return the settings from the output of `as_json`."""

@@ -20,7 +20,8 @@ def stated_in_header(line: str) -> dict[str, Any]:
     Parameters
     ----------
     line : str
-        The first line: ``# rate: 100 Hz, unit: deg/s``, or that of `zerorate.write_log`.
+        The first line: ``# rate: 100 Hz, unit: deg/s``, or the first line of a file from
+        `zerorate.write_log`.
 
     Examples
     --------

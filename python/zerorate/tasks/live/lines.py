@@ -31,7 +31,7 @@ _Column: TypeAlias = float | bool | npt.NDArray[Any]
 
 
 class LineError(ValueError):
-    """A line is not what the lines before it, or the options, let expect."""
+    """A line does not agree with earlier lines or with the options."""
 
 
 class ColumnError(LineError):
@@ -39,7 +39,7 @@ class ColumnError(LineError):
 
 
 def split_cells(line: str) -> list[str]:
-    """Return the cells of a line; commas separate them, or blanks where there is no comma."""
+    """Return the cells of a line, separated by commas or, without a comma, by blanks."""
     if "," in line:
         return [cell.strip() for cell in line.split(",")]
     return line.split() or [""]
@@ -47,7 +47,7 @@ def split_cells(line: str) -> list[str]:
 
 @dataclass(frozen=True)
 class ColumnRequest:
-    """Request for columns by name or position, None for those that hold gyros."""
+    """Request for columns by name or position; None requests the gyro columns."""
 
     columns: tuple[str | int, ...] | None = None
     sequence: str | int | None = None
@@ -62,8 +62,8 @@ class ColumnRequest:
 class Layout:
     """Layout of every line: the columns that are filtered; all others pass through.
 
-    `names` are those of the header, if there was one, and `unit` is that of the channels, if it is
-    known.
+    `names` are the names in the header, if there was one; `unit` is the unit of the channels, if it
+    is known.
     """
 
     fields: int
@@ -74,7 +74,7 @@ class Layout:
 
     @property
     def labels(self) -> list[str]:
-        """Labels of the channels: their names, else their positions."""
+        """Labels of the channels: their names, or else their positions."""
         names = self.names or tuple(f"column {i}" for i in range(self.fields))
         return [names[i] for i in self.channels]
 
@@ -85,7 +85,7 @@ class Layout:
         return [name for i, name in enumerate(names) if i not in self.channels]
 
     def row(self, cells: Sequence[str]) -> list[float]:
-        """Return the sample in the cells of a line, one number a channel; LineError if none."""
+        """Return the sample in the cells of a line, one number per channel; LineError if none."""
         self._check_count(cells)
         row = [_parse_number(cells[i]) for i in self.channels]
         # What passes through may reach a terminal.
@@ -141,14 +141,14 @@ class Layout:
 
 
 def find_layout(cells: Sequence[str], request: ColumnRequest) -> Layout:
-    """Return the layout that the first line shows, be it a header or a sample.
+    """Return the layout from the first line, which is a header or a sample.
 
     Raises
     ------
     LineError
-        If the line is empty, garbled, or has another number of cells than was said.
+        If the line is empty, garbled, or has another number of cells than requested.
     ColumnError
-        If it lacks a column.
+        If a requested column is missing.
     """
     if list(cells) == [""]:
         raise LineError("it is empty, expected names or numbers")
@@ -183,7 +183,7 @@ def header_names(
 ) -> tuple[str, ...] | None:
     """Return the names in a first line, None if it holds a sample; LineError if neither.
 
-    If numbers stand in all of the requested positions, other cells are labels.
+    If all requested positions hold numbers, the line is a sample, and other cells are labels.
     """
     places = [i for i in columns or () if isinstance(i, int) and 0 <= i < len(cells)]
     if places and len(places) == len(columns or ()) and all(_is_number(cells[i]) for i in places):
@@ -300,7 +300,7 @@ def _parse_number(cell: str) -> float:
 
 
 def number_or_nan(cell: str) -> float:
-    """Return the number in a cell, NaN where there is none."""
+    """Return the number in a cell, NaN if the cell holds no number."""
     try:
         return _parse_number(cell)
     except LineError:
@@ -342,7 +342,7 @@ class DriftColumn(StrEnum):
 def answer_texts(
     rate: _Column, filter_: DriftFilter, extra_columns: Sequence[DriftColumn]
 ) -> list[str]:
-    """Return the rate of every channel, then every further column of every channel."""
+    """Return the rate of every channel, then every extra column of every channel."""
     if not extra_columns:
         return format_numbers(rate)
     columns = (rate, *(getattr(filter_, name) for name in extra_columns))
@@ -350,6 +350,6 @@ def answer_texts(
 
 
 def format_numbers(column: _Column) -> list[str]:
-    """Return numbers as the shortest texts that give the same floats again; a flag as 0 or 1."""
+    """Return the shortest texts that read back as the same floats; flags as 0 or 1."""
     values = column.tolist() if isinstance(column, np.ndarray) else [column]
     return [repr(value) if type(value) is float else str(int(value)) for value in values]

@@ -42,14 +42,14 @@ def parse_host_port(text: str) -> tuple[str, int]:
 
 @dataclass(frozen=True)
 class Access:
-    """Those who may reach a listener: this machine, and the peers that are named.
+    """Permitted peers of a listener: this machine, and the named addresses.
 
     Parameters
     ----------
     networks : tuple of networks
         Addresses of other machines that may send.
     names : tuple of str
-        Names of this machine, besides its addresses, under which requests may come.
+        Names of this machine that requests may use besides its addresses.
     """
 
     networks: tuple[_Network, ...] = ()
@@ -57,12 +57,12 @@ class Access:
 
     @classmethod
     def of(cls, text: str | None) -> Self:
-        """Return the access of addresses, networks and names with commas between, or ``any``.
+        """Return the access for a list of addresses, networks and names (commas), or ``any``.
 
         Raises
         ------
         ValueError
-            If a part has a slash and is no network.
+            If a part with a slash is not a network.
         """
         parts = [part.strip() for part in (text or "").split(",") if part.strip()]
         networks: list[_Network] = []
@@ -80,12 +80,12 @@ class Access:
         return cls(tuple(networks), tuple(names))
 
     def resolve(self, host: str, port: int, kind: int) -> tuple[int, Address]:
-        """Return family and address to listen at.
+        """Return address family and address to listen at.
 
         Raises
         ------
         ValueError
-            If other machines reach it, and none of them is allowed.
+            If other machines can reach the address, and none of them is permitted.
         OSError
             If the host is not known.
         """
@@ -101,7 +101,7 @@ class Access:
         return family, address
 
     def admits_peer(self, peer: str) -> bool:
-        """Return True if a peer of this address may send."""
+        """Return True if a peer with this address may send."""
         try:
             address = ipaddress.ip_address(peer.partition("%")[0])
         except ValueError:
@@ -110,10 +110,10 @@ class Access:
         return plain.is_loopback or any(plain in network for network in self.networks)
 
     def admits_request(self, headers: Message, port: int) -> bool:
-        """Return True if a request came to this listener, and from no page of another site.
+        """Return True if a request is for this listener and not from another site's page.
 
-        A page of another site sends its ``Origin``, and a name of its own as ``Host`` where it lets
-        that name lead here.
+        A page of another site sends its own ``Origin``. If that site's name resolves to this
+        machine, the page sends this name as ``Host``.
         """
         stated = headers.get("Host", "")
         try:
@@ -140,11 +140,11 @@ class BoundedServer(ThreadingHTTPServer):
     Parameters
     ----------
     host, port
-        Where it listens; 0 is any free port.
+        Address to listen at; port 0 is any free port.
     handler : type
         Answers requests.
     access : Access
-        Who may send them.
+        Permitted peers.
 
     Raises
     ------
@@ -166,11 +166,11 @@ class BoundedServer(ThreadingHTTPServer):
         self._thread = threading.Thread(target=lambda: self.serve_forever(_POLL_S), daemon=True)
 
     def begin(self) -> None:
-        """Serve from now on, in a thread of its own."""
+        """Start to serve, in a separate thread."""
         self._thread.start()
 
     def end(self) -> None:
-        """Serve no longer; no connection is waited for."""
+        """Stop serving, without waiting for connections."""
         self.shutdown()
         self.server_close()
         with self._lock:
@@ -183,7 +183,7 @@ class BoundedServer(ThreadingHTTPServer):
         return self.access.admits_peer(client_address[0])
 
     def process_request(self, request: Any, client_address: Any) -> None:  # noqa: ANN401
-        """Answer in a thread, after the connection that has been idle longest made room."""
+        """Answer in a thread; if there are too many connections, close the longest idle one."""
         with self._lock:
             if len(self._open) >= _MAX_CONNECTIONS:
                 longest = min(self._open, key=self._open.__getitem__)
@@ -199,13 +199,13 @@ class BoundedServer(ThreadingHTTPServer):
         super().shutdown_request(request)
 
     def hold(self, request: socket.socket) -> None:
-        """Keep the connection of a request that is answered: idle ones go before it."""
+        """Mark a connection as busy, so that idle connections are closed before it."""
         with self._lock:
             if request in self._open:
                 self._open[request] = (True, monotonic())
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """Say nothing of a peer that is gone."""
+        """Ignore the error of a disconnected peer."""
 
 
 def _hang_up(request: socket.socket) -> None:
@@ -222,7 +222,7 @@ class BoundedHandler(BaseHTTPRequestHandler):
     timeout = _IDLE_S
 
     def is_admitted(self) -> bool:
-        """Return True if the request may be answered; refuse it otherwise."""
+        """Return True if the request may be answered; otherwise answer with an error."""
         self.server.hold(self.connection)
         if self.server.access.admits_request(self.headers, self.server.server_address[1]):
             return True
@@ -230,7 +230,7 @@ class BoundedHandler(BaseHTTPRequestHandler):
         return False
 
     def log_message(self, format: str, *args: object) -> None:
-        """Say nothing: stderr is the stream's."""
+        """Log nothing: stderr belongs to the stream."""
 
 
 class ByteQueue:
@@ -239,7 +239,7 @@ class ByteQueue:
     Parameters
     ----------
     limit : int
-        Bytes that wait at most.
+        Largest number of waiting bytes.
     """
 
     def __init__(self, limit: int = MAX_QUEUED_BYTES) -> None:
@@ -251,7 +251,7 @@ class ByteQueue:
         """Pieces that found no room."""
 
     def put(self, piece: bytes) -> bool:
-        """Append a piece; return False where it finds no room and is dropped."""
+        """Append a piece; return False if there is no room and the piece is dropped."""
         with self._changed:
             if self._size + len(piece) > self._limit:
                 self.dropped_count += 1
@@ -262,13 +262,13 @@ class ByteQueue:
         return True
 
     def end(self) -> None:
-        """Let `get` return an empty piece once all others are taken."""
+        """Let `get` return an empty piece after all waiting pieces."""
         with self._changed:
             self._ended = True
             self._changed.notify()
 
     def get(self) -> bytes:
-        """Return all that waits, or wait for it; nothing at the end."""
+        """Return all waiting bytes, or wait for the next ones; empty at the end."""
         with self._changed:
             while not self._pieces and not self._ended:
                 self._changed.wait()

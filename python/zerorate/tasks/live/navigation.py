@@ -1,4 +1,4 @@
-"""Navigation as the engine of a stream: samples of the sensors, now and then a fix, places out."""
+"""Navigation as the engine of a stream: sensor samples and fixes in, positions out."""
 
 import base64
 from collections.abc import Mapping, Sequence
@@ -48,7 +48,7 @@ _MAX_MISSING_SAMPLES: Final = 1 << 14
 
 
 class NavigationColumn(StrEnum):
-    """Columns that may follow place, velocity and orientation in an answer.
+    """Columns that may follow position, velocity and orientation in an answer.
 
     Examples
     --------
@@ -76,21 +76,22 @@ class NavigationSettings:
     Parameters
     ----------
     filter : NavigationFilter
-        One that has seen no sample; its state is copied.
+        A new filter without samples; its state is copied.
     rate : float
-        Samples a second, for what a lost one means.
+        Samples per second, Hz; it gives the duration of a lost sample.
     time : str or int
         Column of the time of each sample.
     time_unit : str, optional
-        Its unit, as ``time_unit`` of `zerorate.read_log`, where its name does not say it.
+        Unit of the time, as ``time_unit`` of `zerorate.read_log`, if the column's name does not
+        state it.
     beside : tuple of str
-        Further columns of an answer, of `NavigationColumn`: the ``"status"``, the position's
+        Extra columns of an answer, from `NavigationColumn`: the ``"status"``, the position's
         ``"sigma"``, the ``"verdict"`` on a fix.
     columns : tuple of str or int, optional
         Six columns: gyro x, y, z, rad/s, accelerometer x, y, z, m/s^2; nine with the latitude,
         longitude, deg, and height, m, of a fix at this time; twelve with its velocity north, east,
-        down, m/s. Cells of a fix are empty where there is none. By default all but the time and the
-        next.
+        down, m/s. Cells of a fix are empty if there is none. By default all columns but `time` and
+        `sequence`.
     sequence : str or int, optional
         Column of the sequence number; None for no such column.
     sequence_bits : int, optional
@@ -143,7 +144,7 @@ class NavigationSettings:
                 raise ArgumentError(name, f"must be a positive number, got {getattr(self, name)}")
 
     def open_engine(self, cells: Sequence[str], fields: int | None) -> Engine:
-        """Return a new filter for lines as the first one is; LineError or ColumnError if none."""
+        """Return a new filter for lines like the first; raise LineError or ColumnError."""
         names = header_names(cells) if list(cells) != [""] else None
         time = position_of(self.time, names, len(cells))
         columns = self.columns
@@ -162,7 +163,7 @@ class NavigationSettings:
         return self._make_engine(layout, stamp_clock, self.filter.copy(), 0)
 
     def restore_engine(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
-        """Return the filter of a checkpoint; ValueError if its parts do not belong together."""
+        """Return the filter from a checkpoint; ValueError if its parts do not belong together."""
         nav, samples = (
             restore_filter(NavigationFilter.from_bytes, filter_),
             check_count(saved["samples"]),
@@ -195,7 +196,7 @@ class NavigationSettings:
         return NavigationEngine(layout, self, nav, stamp_clock, samples)
 
     def as_json(self) -> dict[str, Any]:
-        """Return the settings as JSON keeps them."""
+        """Return the settings in the types of JSON."""
         raw = base64.b64encode(self.filter.to_bytes()).decode()
         return {
             "filter": raw,
@@ -204,7 +205,7 @@ class NavigationSettings:
 
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Self:
-        """Return the settings that `as_json` gave."""
+        """Return the settings from the output of `as_json`."""
         arguments = lists_to_tuples(fields)
         raw = base64.b64decode(arguments.pop("filter"))
         return cls(restore_filter(NavigationFilter.from_bytes, raw), **arguments)
@@ -238,7 +239,7 @@ class NavigationEngine(TimedEngine):
     Parameters
     ----------
     layout : Layout
-        How every line is laid out.
+        Layout of every line.
     settings : NavigationSettings
         Requested settings.
     nav : NavigationFilter
@@ -246,7 +247,7 @@ class NavigationEngine(TimedEngine):
     clocked : Clocked
         The clock.
     samples : int
-        Samples that it has seen, those lost among them.
+        Number of samples to date, including lost ones.
     """
 
     def __init__(
@@ -273,7 +274,7 @@ class NavigationEngine(TimedEngine):
         ]
 
     def read(self, cells: Sequence[str]) -> tuple[list[float], float | None]:
-        """Return the numbers of a line and its stamp; LineError if there is none."""
+        """Return the numbers of a line and its stamp; LineError if it holds none."""
         row, stamp = self.layout.row(cells), self.stamp(cells)
         if stamp is None or abs(self._start + stamp) > _MAX_TIME_S:
             raise LineError("its time is missing, or none in seconds")
@@ -284,7 +285,7 @@ class NavigationEngine(TimedEngine):
         return self.stamp_clock.cells.start if self.stamp_clock is not None else 0.0
 
     def feed(self, row: list[float], step: Step, left_out: bool) -> None:
-        """Give a sample to the filter, after those that are missing before it, and its fix."""
+        """Give the filter the samples missing before this one, then this one and its fix."""
         time, nav, settings = self._start + step.time, self._nav, self._settings
         if step.missing:
             self._miss(step, time)
@@ -326,18 +327,18 @@ class NavigationEngine(TimedEngine):
         return texts
 
     def state(self) -> dict[str, Any]:
-        """Return the clock: the filter holds all else."""
+        """Return the state of the clock; the filter holds all other state."""
         return self.timing()
 
     def snapshot(self) -> list[Any]:
-        """Return the filter as it is."""
+        """Return the current state of the filter."""
         return [self.samples, self._nav.to_bytes()]
 
     def restore(self, saved: Sequence[Any]) -> None:
-        """Take the filter as it was."""
+        """Restore an earlier state of the filter."""
         self.samples, raw = saved
         self._nav = NavigationFilter.from_bytes(raw)
 
     def to_bytes(self) -> bytes:
-        """Return the filter."""
+        """Return the filter as bytes."""
         return self._nav.to_bytes()

@@ -18,8 +18,8 @@ _MIN_LEARNED_BITS: Final = 8
 class SequenceCount:
     """Counts the samples that a source lost, by the numbers of those that came.
 
-    A number that repeats, or is up to a second behind, comes late. The source has restarted if a
-    number is further back, is more than an hour ahead, or is the last of 32 in a row that come
+    A sample is late if its number repeats or is up to a second behind. The source has restarted if
+    a number is further back, is more than an hour ahead, or is the last of 32 in a row that come
     late.
 
     Where the numbers wrap is given by `bits`, or learned: if the step from the highest to the
@@ -30,7 +30,7 @@ class SequenceCount:
     Parameters
     ----------
     rate : float
-        Samples a second.
+        Samples per second, Hz.
     bits : int, optional
         Width of the counter; None if it is to be learned.
     last : int or None
@@ -42,7 +42,7 @@ class SequenceCount:
     wraps : bool
         True if the numbers are known to wrap there.
     run, lowest : int
-        How many came late since the newest sample, and the lowest of them.
+        Number of late samples since the newest sample, and their lowest number.
     """
 
     rate: float
@@ -71,7 +71,7 @@ class SequenceCount:
 
     @property
     def next(self) -> int:
-        """The number that is expected next."""
+        """The next expected number."""
         if self.last is None:
             return 0
         if self.wraps and self.turn is not None and self.last == self.turn[1]:
@@ -79,12 +79,12 @@ class SequenceCount:
         return self.last + 1
 
     def step(self, number: int) -> int | None:
-        """Return the number of samples missing before this one, None if it comes too late.
+        """Return the number of samples missing before this one, None if this one is too late.
 
         Raises
         ------
         LineError
-            If a counter of so many bits cannot hold the number.
+            If the number does not fit into the counter's bits.
         """
         self._check_range(number)
         last = number - 1 if self.last is None else self.last

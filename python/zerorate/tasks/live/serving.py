@@ -1,4 +1,4 @@
-"""A stream that is served: where its lines come from, the loop, and its checkpoints on disk."""
+"""Serving of a stream: the source of its lines, the loop, and its checkpoints on disk."""
 
 import os
 import re
@@ -31,7 +31,7 @@ Line: TypeAlias = tuple[str | Damage, Callable[[str], None]]
 
 
 def lines_of(source: BinaryIO, answers: BinaryIO, interrupts: Interrupts) -> Iterator[Line]:
-    """Yield each line as soon as it is complete, with a function that writes its answer."""
+    """Yield each line as soon as it is complete, and a function that writes its answer."""
     reply = _make_reply(answers)
     before: deque[int] = deque(maxlen=_COMPARED_LINES)
     while raw := interrupts.wait(lambda: _read_line(source)):
@@ -56,7 +56,7 @@ def _is_cut(decimals: int, before: Sequence[int]) -> bool:
 def packets_of(
     source: BinaryIO, protocol: PacketProtocol, answers: BinaryIO, interrupts: Interrupts
 ) -> Iterator[Line]:
-    """Yield the names of a form's columns, then each of its samples as a line."""
+    """Yield the column names of a protocol, then each of its samples as a line."""
     reply, decoder = _make_reply(answers), protocol.decoder()
     yield ",".join(protocol.columns), reply
     # Not read, which would wait for a piece as long as that.
@@ -76,7 +76,7 @@ def _make_reply(answers: BinaryIO) -> Callable[[str], None]:
 
 
 def datagrams(port: socket.socket, interrupts: Interrupts, access: Access) -> Iterator[Line]:
-    """Yield each datagram of those who may send as a line, with a function that answers it."""
+    """Yield each datagram of a permitted sender as a line, and a function that answers it."""
     while True:
         raw, sender = interrupts.wait(lambda: port.recvfrom(_MAX_LINE_BYTES))
         if not access.admits_peer(sender[0]):
@@ -104,9 +104,9 @@ def _decode_line(raw: bytes) -> str:
 
 
 class Saver:
-    """Saves a stream every so many samples, and once more at its end.
+    """Saves a stream periodically, and once more at its end.
 
-    Another thread writes, so that no answer waits for the disk.
+    Another thread writes the file, so no answer waits for the disk.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ class Saver:
         self._job: Future[None] | None = None
 
     def after_answer(self, stream: LineStream) -> None:
-        """Save the stream if it is time to, counted from the first answer."""
+        """Save the stream if enough samples have been answered since the last checkpoint."""
         if self._next is None:
             self._next = stream.samples + self._every
         if stream.samples < self._next or (self._job is not None and not self._job.done()):
@@ -142,9 +142,9 @@ class Saver:
         self._job = self._thread.submit(self._write, stream.to_bytes())
 
     def finish(self, stream: LineStream | None) -> None:
-        """Wait for the last checkpoint, and save once more; OSError if that cannot be done.
+        """Wait for the last checkpoint, and save once more; OSError if writing fails.
 
-        Pass None if some answers may be missing: the last checkpoint stands then.
+        Pass None if some answers may be missing: the last checkpoint then remains.
         """
         self._thread.shutdown()
         if stream is not None and stream.open:
@@ -176,12 +176,12 @@ class Server:
     saver : Saver, optional
         Saves the stream after an answer has been given, never before.
     warn : callable
-        Takes a sentence on which columns are filtered, on what looks like raw counts, on each of
-        the first ten garbled lines, and of the first ten restarts of the sequence numbers.
+        Takes a sentence: on the filtered columns, on samples that look like raw counts, on each of
+        the first ten garbled lines, and on each of the first ten restarts of the sequence numbers.
     allow_garbled_start : bool
         Allow garbled lines before the first whole one.
     watcher : Watcher, optional
-        Looks at the stream after an answer has been given.
+        Takes a view of the stream after an answer has been given.
     """
 
     stream: LineStream
@@ -219,7 +219,7 @@ class Server:
             self.watcher.finish(self.stream)
 
     def sentences(self, numbered: bool) -> Iterator[str]:
-        """Yield notes on samples that are lost, if they are numbered, garbled, or left out."""
+        """Yield notes on lost (if numbered), garbled and left-out samples."""
         yield from self.stream.sentences()
         count = self.stream.sequence
         if self.stream.open and numbered:

@@ -61,16 +61,16 @@ class Settings:
     Parameters
     ----------
     rate : float
-        Samples a second.
+        Samples per second, Hz.
     beside : tuple of str
         Further columns of an answer: ``"bias"``, ``"bias_sigma"``, ``"at_rest"``,
         ``"saturated"``, ``"stuck"``.
     columns : tuple of str or int, optional
-        Channels by name or position. By default those that a header line names like gyros; without
-        a header line all but the sequence number.
+        Channels by name or position. By default the columns that a header line names like gyros;
+        without a header line all but the sequence number.
     unit : str, optional
-        Of the channels, where a header line does not say it. If it is known, `rest_limit` is
-        10 deg/s and `bias_limit` 20 deg/s unless they are given; None is no limit.
+        Unit of the channels, if a header line does not state it. If it is known, `rest_limit`
+        defaults to 10 deg/s and `bias_limit` to 20 deg/s; None is no limit.
     data_scale : float, optional
         Factor of the samples, such as raw counts; the unit is that of the product.
     sequence : str or int, optional
@@ -78,16 +78,17 @@ class Settings:
     sequence_bits : int, optional
         Width of the counter that numbers the samples; None if it is to be learned.
     accel_columns : tuple of str or int, optional
-        Columns of an accelerometer, x, y, z, which detects motion for the filter, as in a replay,
-        and passes through. By default those that a header line names like the one of the gyro; none
-        if empty.
+        Columns of an accelerometer, x, y, z. It detects motion for the filter, as in a replay, and
+        its cells pass through. By default the accelerometer that a header line names like the gyro;
+        empty for none.
     time : str or int, optional
-        Column of the time of each sample: samples that its gaps show are missing.
+        Column of the time of each sample; a gap in it counts as missing samples.
     time_unit : str, optional
-        Its unit, as ``time_unit`` of `zerorate.read_log`, where its name does not say it.
+        Unit of the time, as ``time_unit`` of `zerorate.read_log`, if the column's name does not
+        state it.
     calibration : Calibration or str, optional
-        What the gyro is corrected by, with the accelerometer's force where lines hold it; or its
-        JSON.
+        Calibration that corrects the gyro, or its JSON. It uses the accelerometer's force if the
+        lines hold it.
     **options
         Arguments of `zerorate.DriftFilter`, with its defaults: method "auto", output
         "compensated".
@@ -95,7 +96,8 @@ class Settings:
     Raises
     ------
     ValueError
-        If the filter refuses a value, the method does not use an option, or the width is none.
+        If the filter does not accept a value, the method does not use an option, or the width is
+        not valid.
 
     Examples
     --------
@@ -167,18 +169,18 @@ class Settings:
 
     @classmethod
     def of_reading(cls, rate: float, unit: str | None, data_scale: Scale, **asked: Any) -> Self:  # noqa: ANN401
-        """Return settings of lines with this unit and scale, as those of `zerorate.read_log`."""
+        """Return settings for lines with the unit and scale of `zerorate.read_log`."""
         scaling = Scaling.of(data_scale)
         factor = scaling.factor_for("gyro", first=True)
         return cls(rate, unit=scaling.unit("gyro", unit), data_scale=factor, **asked)
 
     def filter(self, channels: int, unit: str | None = None) -> DriftFilter:
-        """Return a new filter of samples of some unit; of one channel it takes floats."""
+        """Return a new filter for samples in a unit; for one channel it takes floats."""
         options = add_rest_limits(self.options, [self.options["method"]], unit)
         return DriftFilter(self.rate, channels=None if channels == 1 else channels, **options)
 
     def open_engine(self, cells: Sequence[str], fields: int | None) -> Engine:
-        """Return a new filter for lines as the first one is; LineError or ColumnError if none."""
+        """Return a new filter for lines like the first; raise LineError or ColumnError."""
         request = ColumnRequest(self.columns, self.sequence, fields, self.unit, self.time)
         layout = find_layout(cells, request)
         accel = self._find_accel_columns(layout)
@@ -190,7 +192,7 @@ class Settings:
         return self._make_engine(layout, backlog, 0, accel, stamp_clock)
 
     def restore_engine(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
-        """Return the filter of a checkpoint; ValueError if its parts do not belong together."""
+        """Return the filter from a checkpoint; ValueError if its parts do not belong together."""
         drift_filter = restore_filter(DriftFilter.from_bytes, filter_)
         samples, pending_count, fresh_filter = (
             check_count(saved["samples"]),
@@ -272,13 +274,13 @@ class Settings:
         return lambda gyro, force: both.update([*gyro, *force])[0].tolist()
 
     def as_json(self) -> dict[str, Any]:
-        """Return the settings as JSON keeps them."""
+        """Return the settings in the types of JSON."""
         line_fields = {name: getattr(self, name) for name in _LINE_FIELDS}
         return tuples_to_lists({"rate": self.rate, **self.options, **line_fields})
 
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Self:
-        """Return the settings that `as_json` gave."""
+        """Return the settings from the output of `as_json`."""
         options = lists_to_tuples(fields)
         line_fields = {
             name: options.pop(name) for name in ("rate", *_LINE_FIELDS) if name in options

@@ -45,16 +45,16 @@ class AddressError(ValueError):
 
 @dataclass
 class Ending:
-    """The end of a source, and its losses until then.
+    """The end of a source, and its losses before the end.
 
     Attributes
     ----------
     reason : str
-        What ended it; empty as long as it has not.
+        Cause of the end; empty while the source continues.
     torn : bool
         True if a record, or the connection, was cut.
     notices : list of callable
-        Each returns a sentence on what was lost, or none.
+        Each returns a sentence on losses, or an empty text.
     """
 
     reason: str = ""
@@ -62,7 +62,7 @@ class Ending:
     notices: list[Callable[[], str]] = field(default_factory=list)
 
     def sentences(self) -> Iterator[str]:
-        """Yield what was lost, and how the source ended."""
+        """Yield sentences on losses and on the end of the source."""
         yield from filter(None, (notice() for notice in self.notices))
         if self.reason:
             yield self.reason
@@ -70,7 +70,7 @@ class Ending:
 
 @dataclass(frozen=True)
 class SourceRequest:
-    """A request: the address behind its kind, packets or lines, permitted senders."""
+    """A requested source: its address, packets or lines, and permitted senders."""
 
     target: str
     protocol: PacketProtocol | None
@@ -83,14 +83,14 @@ class SourceRequest:
         return self.protocol is None or self.protocol.lines
 
     def whole(self, message: bytes) -> bytes:
-        """Return a message with a line's end, where lines are what is read."""
+        """Return a message, with a line end added if lines are read."""
         is_complete = message.endswith(b"\n") or not self.has_lines
         return message if is_complete else message + b"\n"
 
 
 @dataclass(frozen=True)
 class SourceKind:
-    """A kind of source: the form of its address, and its description."""
+    """A kind of source: the syntax of its address, and its description."""
 
     address: str
     meaning: str
@@ -133,18 +133,18 @@ def live_source(
     access: Access = Access(),  # noqa: B008  # immutable
     ending: Ending | None = None,
 ) -> Iterator[BinaryIO]:
-    """Open ``KIND:ADDRESS``, one of `SOURCES`, and give its bytes as a file.
+    """Open ``KIND:ADDRESS``, one of `SOURCES`, and return its bytes as a file.
 
     ``ending`` receives the end of the source, and ``access`` limits the senders to a listener.
 
     Raises
     ------
     AddressError
-        If the text is no such address.
+        If the text is not the address of a source.
     ImportError
         If the package for this kind is not installed.
     OSError
-        If it cannot be opened, or fails later.
+        If the source cannot be opened, or fails later.
     """
     name, colon, target = address.partition(":")
     if name not in SOURCES or not colon or not target:
@@ -235,7 +235,7 @@ def _open_udp(request: SourceRequest) -> Iterator[_Read]:
 
 
 def bound_socket(host: str, number: int, access: Access) -> socket.socket:
-    """Return a socket for datagrams; AddressError where `Access` refuses the address."""
+    """Return a socket for datagrams; AddressError if `Access` does not permit the address."""
     try:
         family, address = access.resolve(host, number, socket.SOCK_DGRAM)
     except ValueError as error:

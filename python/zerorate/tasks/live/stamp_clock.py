@@ -1,4 +1,4 @@
-"""Samples on their clock: decisions before later stamps come, and their corrections."""
+"""Samples on their clock: decisions made before later stamps, and their corrections."""
 
 import base64
 import math
@@ -41,22 +41,22 @@ class StampClock(NamedTuple):
         return cls(column, StampCells(rate, unit, name), CausalClock(rate, times))
 
     def sentences(self) -> Iterator[str]:
-        """Yield the corrections, with their counts."""
+        """Yield sentences on the corrections, with their counts."""
         if self.cells.wrap_count:
             yield f"clock: wrapped {self.cells.wrap_count} times as counters do; it goes on"
         yield from self.clock.sentences()
 
     def with_new_clock(self) -> Self:
-        """Return the same with a clock that has seen nothing."""
+        """Return a copy with a new clock."""
         return self._replace(clock=CausalClock(self.clock.rate, self.clock.times))
 
     def state(self) -> list[Any]:
-        """Return all of it, as JSON keeps it."""
+        """Return the state in the types of JSON."""
         return [self.column, self.cells.state(), self.clock.state()]
 
     @classmethod
     def of_state(cls, rate: float, state: Sequence[Any]) -> Self:
-        """Return the clock of a saved `state`; ValueError, TypeError or KeyError for others."""
+        """Return the clock from a saved `state`; ValueError, TypeError or KeyError otherwise."""
         column, cells, clock = state
         return cls(
             check_count(column), StampCells.of_state(rate, cells), CausalClock.of_state(rate, clock)
@@ -67,21 +67,21 @@ _NEXT_STEP: Final = Step(0, None, math.nan)
 
 
 class TimedEngine(Engine):
-    """An engine that may process its samples again with later ones.
+    """An engine that can process its last samples again when later ones change a decision.
 
-    While the clock or the check of rates is undecided, samples are kept next to what the filter was
-    before them. If a decision is reversed, the filter takes them again as they should have been: it
-    is then the one that knew it at once. The same holds for rows that may repeat the one before
-    because the sensor is slower than the rate of the rows.
+    While the clock or the check of rates is undecided, the engine keeps these samples and the
+    filter's state before them. If a decision is reversed, the filter processes the corrected
+    samples again from that state, as if the decision had been right from the start. The same holds
+    for rows that may repeat the row before because the sensor is slower than the rows.
 
     Parameters
     ----------
     layout : Layout
-        How every line is laid out.
+        Layout of every line.
     samples : int
-        Samples that the filter has seen, those lost or garbled among them.
+        Number of samples to date, including lost and garbled ones.
     clocked : Clocked, optional
-        The clock; without one samples are a period of the rate apart.
+        The clock; without it samples are one period of the rate apart.
     check : ImpossibleRates, optional
         Finds rates that no gyro measures.
     """
@@ -106,7 +106,7 @@ class TimedEngine(Engine):
 
     @abstractmethod
     def feed(self, row: Any, step: Step, left_out: bool) -> None:  # noqa: ANN401
-        """Give a sample to the filter, after those that are missing before it."""
+        """Give the filter the samples missing before this one, then this one."""
 
     @abstractmethod
     def texts(self) -> list[str]:
@@ -114,14 +114,14 @@ class TimedEngine(Engine):
 
     @abstractmethod
     def snapshot(self) -> list[int | bytes]:
-        """Return the filter as it is."""
+        """Return the current state of the filter."""
 
     @abstractmethod
     def restore(self, saved: Sequence[Any]) -> None:
-        """Take the filter as it was."""
+        """Restore an earlier state of the filter."""
 
     def stamp(self, cells: Sequence[str]) -> float | None:
-        """Return the stamp of a line, s since the first, None where there is none."""
+        """Return the stamp of a line, s since the first stamp; None if the line has none."""
         if self._seconds is None:
             return None
         try:
@@ -146,7 +146,7 @@ class TimedEngine(Engine):
         return self.texts()
 
     def numbers(self, row: Any) -> list[float]:  # noqa: ANN401
-        """Return the numbers that all are the same where a row repeats the one before."""
+        """Return the numbers that are equal if a row repeats the row before."""
         return row  # type: ignore[no-any-return]
 
     def _examine_row(self, held: HeldRows, row: Any, stamp: float | None) -> None:  # noqa: ANN401
@@ -225,7 +225,7 @@ class TimedEngine(Engine):
         return motion or steps is not None
 
     def sentences(self) -> Iterator[str]:
-        """Yield the notes at the end."""
+        """Yield the notes of the whole stream."""
         if self.stamp_clock is not None:
             yield from self.stamp_clock.sentences()
         if self._held_rows is not None:
@@ -234,7 +234,7 @@ class TimedEngine(Engine):
             yield from self._check.sentences()
 
     def timing(self) -> dict[str, Any]:
-        """Return clock and check, and undecided rows, as JSON keeps them; nothing without."""
+        """Return clock, check and undecided rows in the types of JSON; empty without a clock."""
         if self.stamp_clock is None and self._check is None:
             return {}
         snapshot = (
@@ -262,7 +262,7 @@ class TimedEngine(Engine):
         return [[_encode_bytes(x) for x in filter_], check]
 
     def go_on(self, saved: Mapping[str, Any]) -> None:
-        """Go on from the result of `timing`, the clock already being there."""
+        """Continue from the result of `timing`; the clock must already be set."""
         self._lost = check_count(saved.get("lost", 0))
         if self._check is not None and saved.get("check") is not None:
             self._check.go_on(saved["check"])
@@ -282,7 +282,7 @@ class TimedEngine(Engine):
 
 
 def restore_stamp_clock(rate: float, saved: Mapping[str, Any]) -> StampClock | None:
-    """Return the clock of a checkpoint, None where there is none."""
+    """Return the clock from a checkpoint, None if it has none."""
     state = saved.get("clock")
     return None if state is None else StampClock.of_state(rate, state)
 

@@ -1,4 +1,4 @@
-"""A filter that takes lines and answers lines, and can be saved between any two."""
+"""A filter that answers each line with a line; it can be saved after any line."""
 
 import json
 from collections.abc import Iterator
@@ -39,22 +39,22 @@ _KINDS: Final[dict[str, type[EngineSettings]]] = {
 
 
 class LineStream:
-    """Answers each line with its engine's result for the sample; can be saved between any two.
+    """Answers each line with the engine's result for its sample; can be saved after any line.
 
-    A line holds one or several numbers with commas or blanks between; an empty cell or ``nan`` is
-    a missing sample. The first line may name the columns; then those named like sensors are taken,
-    and all others, such as the time, pass through unchanged. Without names all columns are taken.
-    The names may come again after a restart of the source; they are answered by the names of the
-    answer's columns. Lines that begin with ``#`` are not answered.
+    A line holds one or several numbers, separated by commas or blanks; an empty cell or ``nan`` is
+    a missing sample. The first line may name the columns: columns named like sensors are then
+    filtered, and all others, such as the time, pass through unchanged. Without names all columns
+    are filtered. The source may repeat the names after a restart; the answer to them is the names
+    of the answer's columns. Lines that begin with ``#`` are not answered.
 
     Parameters
     ----------
     settings : Settings, AttitudeSettings, ArraySettings or NavigationSettings
-        The engine, and what the lines hold: `Settings` answers with the rates of single gyros in
-        their place, the others with all other cells and the orientation of a body, the rate of an
-        array of gyros, or place, velocity and orientation of a vehicle.
+        The engine, and the contents of the lines. With `Settings` an answer has rates in place of
+        the gyro's samples. With the others an answer has all other cells, then the orientation of a
+        body, the rate of an array of gyros, or position, velocity and orientation of a vehicle.
     fields : int, optional
-        Numbers in a line; None is as many as in the first line, which must be whole then.
+        Number of numbers in a line. None takes it from the first line, which must then be complete.
 
     Examples
     --------
@@ -85,12 +85,12 @@ class LineStream:
 
     @property
     def samples(self) -> int:
-        """Samples that the engine has seen."""
+        """Number of samples that the engine has processed."""
         return 0 if self._engine is None else self._engine.samples
 
     @property
     def position(self) -> int:
-        """The sample to go on with: its sequence number, else the number of lines before it."""
+        """The next sample: its sequence number, or else the number of lines before it."""
         return self._lines if self.settings.sequence is None else self.sequence.next
 
     @property
@@ -105,7 +105,7 @@ class LineStream:
 
     @property
     def opening(self) -> str | None:
-        """A sentence on the columns, None if there is none to say."""
+        """A sentence on the columns, None if none is needed."""
         return self._require_engine.opening
 
     def take(self, line: str) -> str | None:
@@ -114,11 +114,10 @@ class LineStream:
         Raises
         ------
         LineError
-            The line is garbled. Where the lines are not numbered it stands for a missing sample;
-            either way `no_answer` is its answer. Before the first good line there is none.
+            The line is garbled. If the lines are not numbered, it counts as a missing sample; in
+            either case `no_answer` is its answer. Before the first good line there is no answer.
         ColumnError
-            The columns differ from those before, or from the requested ones: the stream cannot go
-            on.
+            The columns differ from earlier or requested columns: the stream cannot continue.
         """
         if line.lstrip(" \t").startswith("#"):
             return None
@@ -158,9 +157,9 @@ class LineStream:
         return [*found.values()]
 
     def take_damaged(self) -> str:
-        """Return the answer to a sample that came damaged; the columns must be known.
+        """Return the answer to a damaged sample; the columns must be known.
 
-        It is missing, unless sequence numbers show otherwise.
+        The sample counts as missing, unless sequence numbers show otherwise.
         """
         engine = self._require_engine
         if engine.layout.sequence is None:
@@ -169,7 +168,7 @@ class LineStream:
         return engine.no_answer
 
     def notice(self) -> str | None:
-        """Return a sentence on the first samples, once; None if there is none to say."""
+        """Return a sentence on the first samples, once; None if none is needed."""
         return None if self._engine is None else self._engine.notice()
 
     def view(self) -> View | None:
@@ -177,12 +176,12 @@ class LineStream:
         return None if self._engine is None else self._engine.view()
 
     def sentences(self) -> Iterator[str]:
-        """Yield the notes at the end."""
+        """Yield the notes of the whole stream."""
         if self._engine is not None:
             yield from self._engine.sentences()
 
     def to_bytes(self) -> bytes:
-        """Return all that is needed to go on, with a checksum; the columns must be known."""
+        """Return the full state, with a checksum; the columns must be known."""
         engine = self._require_engine
         layout = engine.layout
         kind = self.settings.kind
@@ -201,12 +200,12 @@ class LineStream:
     def from_bytes(
         cls, raw: bytes, settings: EngineSettings | None = None, fields: int | None = None
     ) -> Self:
-        """Return the stream that `to_bytes` saved; None takes settings and fields as they were.
+        """Return the stream that `to_bytes` saved; None keeps its settings and fields.
 
         Raises
         ------
         CheckpointError
-            The bytes are not whole, or hold what no stream has saved.
+            The bytes are not complete, or were not saved by a stream.
         SettingsError
             They were saved with other settings.
         """

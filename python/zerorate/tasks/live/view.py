@@ -20,17 +20,17 @@ class View:
     Parameters
     ----------
     seconds : float
-        Samples to date over their rate.
+        Number of samples up to now divided by their rate, s.
     names : tuple of str
         The axes of the gyro.
     unit : str
-        Of the rates, "" where it is not known.
+        Unit of the rates, "" if it is not known.
     rate, bias, bias_sigma : tuple of float
         The last sample minus the bias, the bias, its standard deviation; NaN where missing.
     status : str
-        What the filter is doing.
+        State of the filter, in words.
     quaternion : tuple of float, optional
-        Orientation w, x, y, z from the sensor to the axes of the earth, of which the third is up.
+        Orientation w, x, y, z from the sensor to earth axes whose third axis points up.
     euler_deg : tuple of float, optional
         Roll, pitch and yaw.
     """
@@ -46,7 +46,7 @@ class View:
     euler_deg: tuple[float, ...] | None = None
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as JSON knows it: None in the place of numbers that are not finite."""
+        """Return the view in the types of JSON: None in place of numbers that are not finite."""
         return {
             "seconds": self.seconds,
             "names": list(self.names),
@@ -66,25 +66,25 @@ def _finite(values: Sequence[float]) -> list[float | None]:
 
 @dataclass
 class Watcher:
-    """Takes a view of a stream now and then, and hands it on.
+    """Takes a view of a stream periodically, and passes it on.
 
     Parameters
     ----------
     put : callable
-        Takes each view; it must not wait, for the next answer does.
+        Takes each view; it must return at once, because the next answer waits for it.
     """
 
     put: Callable[[View], None]
     _next: float = -math.inf
 
     def after_answer(self, stream: "LineStream") -> None:
-        """Look at the stream if it is time to."""
+        """Take a view of the stream if enough time has passed."""
         now = monotonic()
         if now >= self._next and self._look(stream):
             self._next = now + PERIOD_S
 
     def finish(self, stream: "LineStream") -> None:
-        """Look once more, at the end."""
+        """Take a last view, at the end."""
         self._look(stream)
 
     def _look(self, stream: "LineStream") -> bool:

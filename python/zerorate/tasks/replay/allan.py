@@ -18,7 +18,7 @@ class AllanCurves:
     taus : ndarray, shape (m,)
         Averaging times up to a quarter of the record, s.
     raw, filtered : ndarray, shape (k, m)
-        In the unit of the data; NaN where no two neighbouring clusters are whole.
+        Deviations in the unit of the data; NaN where no two neighbouring clusters are complete.
     """
 
     taus: Floats
@@ -27,7 +27,7 @@ class AllanCurves:
 
 
 def allan_curves(raw: Floats, filtered: Floats, rate: float) -> AllanCurves:
-    """Return the curves of two records of shape (n, k), of the samples that both have."""
+    """Return the curves of two records, shape (n, k), from the samples that both have."""
     # Predictions in a gap are no measurement.
     present = np.isfinite(raw)
     present_filtered = filtered if present.all() else np.where(present, filtered, np.nan)

@@ -1,4 +1,4 @@
-"""The filters of a replay, all of them fed with the same blocks."""
+"""The filters of a replay, which all process the same blocks."""
 
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,9 +24,9 @@ _StateArrays = tuple[Floats, Booleans, Booleans]
 class Block:
     """Samples from `first` on of k axes, and the filters' outputs; arrays are (k, n).
 
-    `raw` is without saturated samples, which are missing. `bias` is by method; `bias_sigma`,
-    `at_rest` and `stuck` are of the chosen one, where they are noted; `saturated` is there where
-    the range of the sensor is known.
+    In `raw` saturated samples are missing. `bias` has one array per method. `bias_sigma`, `at_rest`
+    and `stuck` belong to the chosen method, if they are recorded. `saturated` is set if the range
+    of the sensor is known.
     """
 
     first: int
@@ -44,17 +44,17 @@ class Block:
 
     @property
     def rest(self) -> Booleans | None:
-        """Mask of rest of the sensor; a stuck one is left out, since it may have moved."""
+        """Mask of the sensor's rest, without samples where it is stuck and may have moved."""
         if self.at_rest is None or self.stuck is None:
             return self.at_rest
         return self.at_rest & ~self.stuck
 
 
 class Filters:
-    """New filters of k axes by method, the last of which is the chosen one and is watched.
+    """New filters of k axes by method. The last one is the chosen filter, whose state is recorded.
 
-    Each is given those of the options that its method uses, and the limit of rest where the unit
-    of the log is known. Those that hold in motion get the mask of known motion.
+    Each filter receives the options that its method uses, and the limit of rest if the unit of the
+    log is known. Filters that hold the bias in motion receive the mask of known motion.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class Filters:
 
     @property
     def chosen_filter(self) -> DriftFilter:
-        """The filter that the filtered log is of."""
+        """The filter whose output is the filtered log."""
         return list(self.runs.values())[-1].filter
 
     def process_blocks(self, raws: Iterator[Floats], executor: Executor) -> Iterator[Block]:
@@ -178,7 +178,7 @@ class _Run:
 
 
 def mask_saturated(raw: Floats, limit: float | None) -> tuple[Floats, Booleans | None]:
-    """Return samples without those at the end of the sensor's range, and which these are."""
+    """Return samples with saturated ones missing, and the mask of saturated samples."""
     if limit is None:
         return raw, None
     saturated = (np.abs(raw) >= limit) & np.isfinite(raw)

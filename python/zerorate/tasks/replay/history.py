@@ -1,4 +1,4 @@
-"""The history of the chosen filter: its state at some moments, its memory, the noise learned."""
+"""The history of the chosen filter: its state at some moments, time constant, learned noise."""
 
 import math
 from dataclasses import dataclass
@@ -24,18 +24,18 @@ class History:
     Parameters
     ----------
     samples : ndarray of int64, shape (m,)
-        Samples that had been given, missing ones included.
+        Number of samples processed before, including missing ones.
     measurement_noise : ndarray, shape (m, k)
         Variance R, unit of the data squared.
     gain : ndarray, shape (m, k, p + 1)
-        Kalman gain; its first component weighs the newest sample. The drift is all that "auto"
-        has for a state: 1 in place of p + 1, and of p + q + 1 below.
+        Kalman gain; its first component weighs the newest sample. The state of "auto" is the drift
+        alone: p + 1, and p + q + 1 below, are then 1.
     coefficients : ndarray, shape (m, k, p + q + 1)
         ARMA model [φ…, θ…, c], c in the unit of the data.
     angle_random_walk : ndarray, shape (m, k)
-        Density of the white noise as learned, unit of the data times root second.
+        Learned density of the white noise, unit of the data times root second.
     rate_random_walk : ndarray, shape (m, k)
-        How far the drift walks in a root second as learned by "auto", unit of the data.
+        Random walk of the drift learned by "auto", unit of the data per root second.
     bias, bias_sigma : ndarray, shape (m, k)
         Drift and its standard deviation, in the unit of the data.
     """
@@ -51,10 +51,10 @@ class History:
 
 
 def moments(n: int) -> Integers:
-    """Return rising sample counts up to n, dense at the start where a filter learns.
+    """Return rising sample counts up to n, dense at the start, where a filter learns.
 
-    Six hundred in even steps, for a linear time axis, and sixty a decade, for a logarithmic
-    one.
+    There are six hundred in even steps, for a linear time axis, and sixty per decade, for a
+    logarithmic one.
     """
     even = np.linspace(n / _LINEAR_MOMENTS, n, _LINEAR_MOMENTS)
     decades = int(np.ceil(np.log10(n)))
@@ -71,7 +71,7 @@ class Recorder:
         self._rows: list[tuple[Floats, ...]] = []
 
     def take(self, filter_: DriftFilter) -> None:
-        """Note the state of the filter."""
+        """Record the state of the filter."""
         ready = filter_.ready
         each = ready[:, np.newaxis]
         row = (
@@ -95,24 +95,24 @@ class Recorder:
 def time_constants(history: History, order: tuple[int, int] | None, rate: float) -> Floats:
     """Return the time in which each axis' estimate makes 63 % of a step, s.
 
-    The filter is taken as it stood at the end. Of a published method the gain is the median over
-    the record's second half, since a fading gain goes up and down.
+    The filter's state at the end is used. For a published method the gain is the median over the
+    second half of the record, because a fading gain varies.
 
     Parameters
     ----------
     history : History
-        Of a filter of k axes.
+        History of a filter of k axes.
     order : (int, int) or None
-        Orders (p, q) of its model; None for a random walk, which is an exponential average: the
-        gain is the part of a small step that it makes in a sample.
+        Orders (p, q) of its model; None for a random walk, which is an exponential average: its
+        gain is the share of a small step that one sample corrects.
     rate : float
         Samples per second, Hz.
 
     Returns
     -------
     ndarray of float64, shape (k,)
-        One sample's time at least. NaN where the filter was not started up, infinity where its
-        estimate would not get there within the record.
+        At least one sample interval. NaN if the filter was not started up, infinity if its estimate
+        would not make 63 % within the record.
     """
     late = history.samples > history.samples[-1] // 2
     gains = history.gain[late].swapaxes(0, 1)
@@ -180,7 +180,7 @@ def _step_response(step: Floats, samples: int) -> float:
 
 
 def last_finite(values: Floats) -> Floats:
-    """Return the last row's value of each column, or the last one before that is not NaN."""
+    """Return the last value of each column that is not NaN."""
     finite = np.isfinite(values)
     last = len(values) - 1 - finite[::-1].argmax(axis=0)
     result: Floats = values[last, np.arange(values.shape[1])]

@@ -17,23 +17,24 @@ _MIN_ONSET_SAMPLES: Final = 8
 
 @dataclass(frozen=True)
 class Score:
-    """Measures of one axis, raw or of one method's bias; NaN where one means nothing.
+    """Measures of one axis: raw data or one method's bias; NaN for a measure without meaning.
 
-    All are of the samples that are present in the raw data and, if the chosen filter minds motion,
-    that it took for rest.
+    They use the samples that are present in the raw data and, if the chosen filter detects motion,
+    that it considered at rest.
 
     Parameters
     ----------
     axis, method : str
         The channel's name, and the method or ``"raw"``.
     mean, deviation : float
-        In the unit of the log.
+        Mean and standard deviation, in the unit of the log.
     reduction : float
-        Deviation over that of the raw data. Of a method's bias, not of the compensated rate.
+        Ratio of the bias' standard deviation to the raw data's standard deviation. It is for a
+        method's bias, not for the compensated rate.
     coasting : tuple of float
         `zerorate.metrics.coasting_error` at each horizon, unit times seconds.
     error : float
-        RMS error to the true bias where that was given.
+        RMS error against the true bias, if that was given.
     """
 
     axis: str
@@ -52,12 +53,12 @@ class SampleCounts:
     Parameters
     ----------
     missing_count, present_count : ndarray of int64
-        Samples that are NaN or saturated, and the others.
+        Numbers of samples that are NaN or saturated, and of the others.
     equal : ndarray of bool
         True if all present samples are equal.
     at_rest_count, stuck_count : ndarray of int64 or None
-        Samples at which the chosen filter took the sensor to rest, and to be stuck, where that was
-        noted.
+        Numbers of samples at which the chosen filter considered the sensor at rest, and stuck, if
+        these were recorded.
     """
 
     missing_count: Integers
@@ -76,7 +77,7 @@ class ReplayMeasures:
     scores : tuple of Score
         Axis by axis: the raw data, then each method.
     compensated_deviation : ndarray, shape (k,)
-        Deviation of raw minus the chosen method's bias, in the unit of the log.
+        Standard deviation of the raw rate minus the chosen method's bias, in the unit of the log.
     sample_counts : Seen
         Counts of samples.
     """
@@ -125,7 +126,7 @@ class Measures:
         self._native.take(block.raw, bias, rest, truth)
 
     def finish(self) -> ReplayMeasures:
-        """Return the scores and the statistics, when all blocks have come."""
+        """Return the scores and the statistics, after all blocks."""
         native = self._native.finish()
         sample_counts = SampleCounts(
             missing_count=native["missing"],
@@ -179,5 +180,5 @@ def _make_score(
 
 
 def onset_samples(rate: float) -> int:
-    """Return the samples before a motion is seen in which it may have begun."""
+    """Return the number of samples before a detected motion in which it may have begun."""
     return max(round(_ONSET_S * rate), _MIN_ONSET_SAMPLES)

@@ -1,4 +1,4 @@
-"""Motion that the accelerometer of a body shows, at the samples of its gyro."""
+"""Motion detected by a body's accelerometer, at the samples of its gyro."""
 
 from contextlib import closing
 from typing import Final
@@ -17,13 +17,13 @@ _BLOCK_ROWS: Final = 1 << 15
 def motion_of(accel: LogFile, gyro: LogFile) -> Booleans:
     """Return the mask of known motion of a gyro's body, shape (n,), from its accelerometer.
 
-    Both are on clocks of the same zero. What the accelerometer showed last holds until it shows
-    more; before its first sample nothing is known.
+    Both clocks have the same zero. Each sample of the accelerometer counts until its next one;
+    before its first sample motion is unknown.
 
     Raises
     ------
     LogError
-        If the accelerometer has not three axes.
+        If the accelerometer does not have three axes.
     """
     header = accel.header
     if header.channels != 3:

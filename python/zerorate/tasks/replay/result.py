@@ -59,8 +59,8 @@ class Readings:
     def certain_rest(self, rate: float) -> Booleans:
         """Return `rest` without the samples in which a motion began unseen, shape (n, k).
 
-        Rest is decided in ticks of a quarter of a second, four samples at least; a motion is seen
-        at the end of the tick in which it began, or of the next.
+        Rest is decided in ticks of a quarter of a second, or four samples if that is longer. A
+        motion is detected at the end of the tick in which it began, or of the next tick.
         """
         rest = self.rest
         before = onset_samples(rate)
@@ -75,7 +75,7 @@ TRUTH_MEAN_S: Final = 10.0
 
 
 def trailing_mean(values: Floats, rate: float) -> Floats:
-    """Return the mean of the last ten seconds at each sample, or of all before, shape (n,)."""
+    """Return at each sample the mean of the last ten seconds, or of all samples if fewer, (n,)."""
     width = min(max(1, round(TRUTH_MEAN_S * rate)), len(values))
     sums = np.concatenate(([0.0], np.cumsum(values)))
     stops = np.arange(1, len(values) + 1)
@@ -91,42 +91,42 @@ class Summary(Result):
     Parameters
     ----------
     header : Header
-        What was filtered: n samples of k axes.
+        Description of the filtered log: n samples of k axes.
     method : str
-        The chosen method, of which all from `output` on speak.
+        The chosen method, to which all attributes from `output` on refer.
     output : {"compensated", "estimate"}
-        What the filtered log holds: the raw rate minus its bias, or the bias.
+        Contents of the filtered log: the raw rate minus its bias, or the bias.
     params : mapping
-        Arguments that make the chosen filter again.
+        Arguments with which the same filter can be made.
     scores : tuple of Score
         Axis by axis: the raw data, then each method.
     compensated_deviation : ndarray, shape (k,)
-        Deviation of the raw rate minus the bias, in the unit of the log.
+        Standard deviation of the raw rate minus the bias, in the unit of the log.
     horizons : tuple of float
         Horizons of the coasting errors, s.
     speed : mapping of str to float
-        Samples per second of computing on one core, the axes counted one by one.
+        Samples processed per second on one core, counting each axis.
     guard_count : mapping of str to ndarray, shape (k,)
-        How often a step of the process noise was shortened.
+        Number of shortened steps of the process noise.
     ready : ndarray of bool, shape (k,)
         True if the axis' start-up was finished.
     status : tuple of str
         `DriftFilter.status` of each axis at the end.
     restart_count : ndarray, shape (k,)
-        How often the noise learned at the start proved wrong by many orders.
+        Number of restarts because the noise learned at the start was wrong by orders of magnitude.
     history : History
-        What the chosen filter knew over time.
+        State of the chosen filter over time.
     time_constant : ndarray, shape (k,)
         Time in which the chosen filter makes 63 % of a step, s.
     sample_counts : Seen
-        How many samples were missing, and at rest.
+        Numbers of samples that were missing, at rest or stuck.
     left_out : LeftOut
-        How many samples the chosen filter left out although they were there.
+        Numbers of present samples that the chosen filter left out.
     alarms : tuple of str
-        What contradicts the log, a sentence each.
+        Contradictions in the log, one sentence each.
     error_at_end : ndarray, shape (k,), or None
-        Bias at the end minus the mean of the true one over the last 10 s, in the unit of the log,
-        where that is known.
+        Bias at the end minus the mean true bias of the last 10 s, in the unit of the log; None if
+        the true bias is not known.
     """
 
     header: Header
@@ -160,19 +160,19 @@ class Summary(Result):
 
     @property
     def moved_count(self) -> Integers | None:
-        """Samples of each axis that were neither of the rest nor of a stuck sensor, shape (k,)."""
+        """Number of samples of each axis with the sensor neither at rest nor stuck, shape (k,)."""
         counts = self.sample_counts
         if counts.at_rest_count is None or counts.stuck_count is None:
             return None
         return self.header.n - counts.at_rest_count - counts.stuck_count
 
     def summary(self) -> "Summary":
-        """Return this without the samples of the log."""
+        """Return the summary, which has no samples."""
         return Summary(**{field.name: getattr(self, field.name) for field in fields(Summary)})
 
     @property
     def limit(self) -> float | None:
-        """End of the sensor's range, in the unit of the log, where it is known."""
+        """End of the sensor's range, in the unit of the log, if it is known."""
         limit: float | None = self.params["limit"]
         return limit
 
@@ -184,14 +184,14 @@ class Replay(Summary, Result):
     Parameters
     ----------
     log : Log
-        What was filtered.
+        The log before filtering.
     filtered : mapping of str to ndarray, shape (n, k)
         Bias by each method, NaN before an axis' first sample.
     readings : Readings or None
-        How well the bias was known at each sample; None for a published method that neither minds
-        motion nor compensates.
+        Quality of the bias at each sample; None for a published method that neither detects motion
+        nor compensates.
     truth : ndarray, shape (n, k), or None
-        True bias, where it is known.
+        True bias, if it is known.
 
     Examples
     --------
@@ -215,7 +215,7 @@ class Replay(Summary, Result):
 
     @property
     def saturated(self) -> Booleans | None:
-        """Mask of samples at the end of the sensor's range, shape (n, k), where that is known."""
+        """Mask of samples at the end of the sensor's range, shape (n, k), if the range is known."""
         return mask_saturated(self.log.data, self.limit)[1]
 
     @property
@@ -229,7 +229,7 @@ class Replay(Summary, Result):
 
     @cached_property
     def allan(self) -> AllanCurves:
-        """Allan deviations of the raw data and of the filtered log, at rest where that is known."""
+        """Allan deviations of raw data and filtered log, at rest if rest is known."""
         raw, _ = mask_saturated(self.log.data, self.limit)
         filtered = self.bias if self.output == "estimate" else subtract_bias(raw, self.bias)
         if self.params["motion"] == "hold" and self.readings is not None:
@@ -247,10 +247,10 @@ class Replay(Summary, Result):
         return figure_of(self, panels == "all")
 
     def to_log(self) -> Log:
-        """Return the log after the chosen method: the bias, or the compensated rate.
+        """Return the output of the chosen method as a log: the bias, or the compensated rate.
 
-        The latter has extra columns for each axis: bias, its standard deviation, rest, a stuck
-        sensor and, where the range is known, saturation.
+        With the compensated rate there are extra columns for each axis: bias, its standard
+        deviation, rest, a stuck sensor and, if the range is known, saturation.
         """
         if self.output == "estimate":
             return self.log.with_data(self.bias)
@@ -276,7 +276,7 @@ class Replays(Result):
     Parameters
     ----------
     results : mapping of str to Summary
-        By the names of the logs.
+        Summaries by the names of the logs.
     """
 
     results: Mapping[str, Summary]
@@ -377,7 +377,7 @@ def subtract_bias(raw: Floats, bias: Floats) -> Floats:
 def extra_names(names: Sequence[str], unit: str, limited: bool) -> Iterator[tuple[str, ...]]:
     """Yield the names of the columns next to a compensated log, axis by axis.
 
-    They are bias, its standard deviation, rest, a stuck sensor and, with a limit, a saturated one.
+    They are bias, its standard deviation, rest, stuck sensor and, with a limit, saturation.
     """
     flags = ("at_rest", "stuck", "saturated") if limited else ("at_rest", "stuck")
     for name in names:
@@ -389,7 +389,7 @@ def extra_names(names: Sequence[str], unit: str, limited: bool) -> Iterator[tupl
 def extra_columns(
     names: Sequence[str], unit: str, bias: Floats, sigma: Floats, *flags: Booleans
 ) -> Columns:
-    """Return those columns by name, of arrays (k, n); as many flags as there are names of them."""
+    """Return the extra columns by name, from arrays of shape (k, n)."""
     columns: Columns = {}
     for i, listed in enumerate(extra_names(names, unit, limited=len(flags) > 2)):
         unknown = np.isnan(bias[i])

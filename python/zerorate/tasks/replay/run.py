@@ -1,4 +1,4 @@
-"""A recording through the filters: into memory with all its series, or into a file."""
+"""Filtering of a recording: in memory with all series, or into a file."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, closing
@@ -60,32 +60,32 @@ def run_filters(
 ) -> Replay:
     """Filter every axis of a log with several methods and measure each method.
 
-    It is `zerorate.replay` without the preparation and its defaults.
+    This is `zerorate.replay` without its preparation and defaults.
 
     Parameters
     ----------
     log : Log
         The log of a gyro.
     accel : Log, optional
-        Accelerometer of three axes of the same body, on a clock of the same zero, in any unit.
-        Where it shows motion of the body, the gyro's samples never count as rest, by the
-        methods that hold in motion.
+        Accelerometer of three axes of the same body, on a clock with the same zero, in any unit.
+        Where it shows motion, methods that hold the bias in motion never count the gyro's samples
+        as rest.
     methods : sequence of str
-        Methods of `zerorate.DriftFilter`, all different. The last is the chosen one, whose
-        history is kept; by default the one that tunes itself, after the published ones.
+        Methods of `zerorate.DriftFilter`, all different. The last is the chosen one, whose history
+        is kept. Default: the published methods, then "auto".
     output : {"compensated", "estimate"}, default "compensated"
-        What the filtered log holds: the raw rate minus its bias, or the bias as the chosen method
-        estimates it. Scores are of the bias in any case.
+        Contents of the filtered log: the raw rate minus its bias, or the bias from the chosen
+        method. Scores are always for the bias.
     truth : array_like, optional
-        True bias, of the shape and unit of the log's data, where it is known.
+        True bias if known, in the shape and unit of the log's data.
     horizons : sequence of float
         Horizons of the coasting error, s; default 10 and 60.
     progress : callable, optional
-        Called in this thread with a step's name and the fraction of it that is done.
-        By default a bar in a notebook.
+        Called in this thread with the name of the step and the fraction done. By default a notebook
+        shows a bar.
     **options
-        Arguments of `zerorate.DriftFilter`, each for those of the methods that use it. If the unit
-        of the log is known, `rest_limit` is 10 deg/s unless it is given; None is no limit.
+        Arguments of `zerorate.DriftFilter`; each is passed to the methods that use it. If the unit
+        of the log is known, `rest_limit` defaults to 10 deg/s; None is no limit.
 
     Returns
     -------
@@ -95,10 +95,10 @@ def run_filters(
     Raises
     ------
     LogError
-        If no axis holds a sample, or an accelerometer has not three axes.
+        If no axis holds a sample, or the accelerometer does not have three axes.
     ValueError
-        If a method or an argument is not valid, no method uses an option, or `truth` has another
-        shape than the data.
+        If a method or an argument is not valid, no method uses an option, or the shape of `truth`
+        is not that of the data.
 
     Examples
     --------
@@ -152,22 +152,22 @@ def filter_to_file(
     Parameters
     ----------
     recording : LogFile
-        As of `zerorate.io.open_log`.
+        Recording from `zerorate.io.open_log`.
     path : Path
-        The file to write, whole or not at all.
+        The file to write, completely or not at all.
     accel : LogFile, optional
-        As of `run_filters`; of its record a byte a sample is kept.
+        As in `run_filters`; memory holds one byte for each of its samples.
     methods, output, horizons, progress, **options
         As of `run_filters`.
     force : bool
         Replace an existing file; default no.
     rows : int
-        Samples of a block; the results do not depend on it.
+        Number of samples per block; the results do not depend on it.
 
     Returns
     -------
     Summary
-        All that `run_filters` says but for the series themselves.
+        Results of `run_filters` without the series.
 
     Raises
     ------

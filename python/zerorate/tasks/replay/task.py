@@ -1,4 +1,4 @@
-"""Bias of a gyro, sample by sample as live: ``zerorate replay``."""
+"""Bias of a gyro, sample by sample as in a live stream: ``zerorate replay``."""
 
 from __future__ import annotations
 
@@ -59,37 +59,36 @@ def replay(
     progress: Progress | None = None,
     **options: Unpack[ReplayOptions],
 ) -> Replay:
-    """Remove the bias from every axis of a log, sample by sample as live.
+    """Remove the bias from every axis of a log, sample by sample as in a live stream.
 
-    The recording is checked first; rates stay as they were measured. ``zerorate replay`` does the
-    same.
+    The recording is checked first; rates are not changed. ``zerorate replay`` does the same.
 
     Parameters
     ----------
     source : Recording, Log, path, data frame or mapping of arrays
-        With a gyro. An accelerometer of three axes detects motion.
+        Recording with a gyro. If it has an accelerometer of three axes, that detects motion.
     method : str
-        Method of `zerorate.DriftFilter`; default the one that tunes itself.
+        Method of `zerorate.DriftFilter`. Default "auto", which tunes itself.
     methods : sequence of str or "all"
-        Methods to compare it with.
+        Methods to compare with `method`.
     accel : bool or Log
         False ignores the accelerometer; a Log is the accelerometer.
     calibration : Calibration or path, optional
-        Calibration to correct the gyro with, first.
+        Calibration that corrects the gyro first.
     fix : bool
-        Put right a unit or axes of the gyro that the motion contradicts, where that is sure.
+        Correct the gyro's unit or axes where the motion certainly contradicts them.
     truth : array_like or path, optional
-        True bias, of the shape and unit of the data, where it is known; or a file as
-        ``zerorate simulate`` writes it, whose columns are named ``drift_x_radps`` and so on.
+        True bias if known, in the shape and unit of the data; or a file from ``zerorate simulate``
+        with columns ``drift_x_radps`` and so on.
     horizons : sequence of float
         Horizons of the coasting error, s.
     progress : callable, optional
-        Called in this thread with a step's name and the fraction that is done. By default a bar in
-        a notebook.
+        Called in this thread with the name of the step and the fraction done. By default a notebook
+        shows a bar.
     **options
-        Options of `zerorate.DriftFilter`, each for those methods that use it. Where the unit is
-        known `rest_limit` is 10 deg/s and `bias_limit` 20 deg/s unless they are given; None is no
-        limit. Arguments of `zerorate.read_log` for a source that is read; its ``scale`` is
+        Options of `zerorate.DriftFilter`; each is passed to the methods that use it. If the unit is
+        known, `rest_limit` defaults to 10 deg/s and `bias_limit` to 20 deg/s; None is no limit.
+        Also arguments of `zerorate.read_log`, if the source is a file; its ``scale`` is
         ``data_scale`` here.
 
     Returns
@@ -156,26 +155,26 @@ def replay_to_file(
 ) -> Summary:
     """Remove the bias from a log of any length, block by block, and write the filtered log.
 
-    Scores and bytes are those of `replay` and its ``save(figure=False)``. The length does not
-    matter for Parquet in and out; other formats are made in memory.
+    Scores and file are identical to those of `replay` and its ``save(figure=False)``. With Parquet
+    as input and output, memory does not limit the length; other formats are made in memory.
 
     Parameters
     ----------
     source : Recording, Log, LogFile, path, data frame or mapping of arrays
-        As of `replay`. The checks use the first million samples.
+        As in `replay`. The checks use the first million samples.
     path : path
-        The file to write, whole or not at all.
+        The file to write, completely or not at all.
     method, methods, accel, calibration, fix, horizons, progress, **options
         As of `replay`.
     force : bool
         Replace an existing file.
     rows : int
-        Samples of a block; the results do not depend on it.
+        Number of samples per block; the results do not depend on it.
 
     Returns
     -------
     Summary
-        All that `replay` gives, without the samples.
+        Results of `replay` without the samples.
 
     Raises
     ------
