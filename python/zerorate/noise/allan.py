@@ -42,35 +42,35 @@ def allan(
     Parameters
     ----------
     z : array_like, shape (n,) or (n, k), or Log
-        Rates of one or k axes, in `unit`; those that are not finite are missing. A `Log` brings
-        its own rate, unit and names, a data frame or series the names and the unit in them.
+        Rates of one or k axes, in `unit`; values that are not finite count as missing. A `Log` has
+        its own rate, unit and names; the names in a data frame or series state the unit.
     rate : float
         Samples per second, Hz.
     kind : str, default "oadev"
         adev, oadev, mdev, tdev (Allan family), hdev, ohdev (Hadamard: blind to a rate ramp),
         totdev, mtotdev, ttotdev, htotdev, theo1 (more certain at long averaging times), pdev.
     taus : {"octave", "decade", "all"} or sequence of float
-        Averaging times: doubling, ten to a decade, every one, or seconds. Seconds are rounded to
-        whole samples; `notes` then has a sentence on it.
+        Averaging times: octaves, ten per decade, every possible one, or seconds. Seconds are
+        rounded to whole samples; `notes` then has a sentence on it.
     unit : str, optional
-        Unit of `z`, of an angular rate or an acceleration: "deg/s", "rad/s", "g", ... Without it
-        the numbers are in the unit of the samples, and cannot be converted or exported.
+        Unit of `z`, an angular rate or an acceleration: "deg/s", "rad/s", "g", ... Without it the
+        results are in the unit of the samples, and cannot be converted or exported.
     names : sequence of str, optional
-        One name an axis.
+        One name per axis.
     bridge : int, default 0
-        Gaps of at most so many samples are filled with a straight line. All terms that reach across
-        another gap are lost.
+        Longest gap, in samples, that is filled with a straight line. All terms that span a longer
+        gap are lost.
     exponent : int, optional
         Noise type that the bounds assume, -4 to 2; by default it is found at each tau.
     confidence : float, default 0.683
-        Of the bounds.
+        Probability that the bounds hold the true deviation.
     threads : int, optional
-        Default: all cores. The result does not depend on it.
+        Number of threads; default: all cores. The result does not depend on it.
 
     Returns
     -------
     AllanResult
-        With `fit` and `plot`.
+        The curve, with `fit` and `plot`.
 
     Raises
     ------
@@ -82,7 +82,8 @@ def allan(
     IEEE Std 952-1997, annex C; W. J. Riley, D. A. Howe, NIST Special Publication 1065 (2008),
     section 5, which also has the noise types (lag-1 autocorrelation, B1 and R(n)) and the degrees
     of freedom of the reflected kinds. The mean is subtracted first, so a large offset costs no
-    precision. Work is O(n) for each tau, and O(n tau) for theo1, mtotdev, ttotdev and htotdev.
+    precision. Computing time is O(n) for each tau, and O(n tau) for theo1, mtotdev, ttotdev and
+    htotdev.
 
     Examples
     --------

@@ -35,18 +35,18 @@ _NOTABLE_MISFIT: Final = 0.1
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis.
+    """The noise of one axis.
 
     Attributes
     ----------
     name : str
-        Of the column.
+        Name of the column.
     model : FittedModel or None
-        Of the deviation curve; None where nothing can be fitted.
+        Model of the deviation curve; None if nothing can be fitted.
     second : FittedModel or None
         Estimate from the spectrum; None if it was not requested or is not possible.
     doubts : tuple of str
-        Why there is no model, or what to beware of.
+        Reasons why there is no model, or why it is doubtful.
     """
 
     name: str
@@ -66,7 +66,7 @@ class Characterisation:
     curve : AllanResult
         Deviations of every axis.
     axes : tuple of Axis
-        Models and doubts, one a column.
+        Models and doubts, one for each column.
     """
 
     log: Log
@@ -80,18 +80,18 @@ class Characterisation:
 
     @property
     def worst(self) -> NoiseModel | None:
-        """One model for all axes that have one, each coefficient the largest; None without."""
+        """One model with the largest coefficients of all axes; None if no axis has a model."""
         models = [model for model in self.models if model is not None]
         return worst_axis(models) if models else None
 
     @property
     def moved(self) -> tuple[bool, ...]:
-        """Mask of axes with signs of motion: all axes where most have them."""
+        """Mask of axes with signs of motion; all axes if most have them."""
         return tuple(doubt.moved for doubt in self.curve.doubts)
 
     @property
     def notes(self) -> Iterator[str]:
-        """Warnings, a sentence each."""
+        """Warnings, one sentence each."""
         yield from (doubt_entry.why for doubt_entry in self.curve.doubts if doubt_entry.why)
         yield from self.curve.notes
         yield from dict.fromkeys(doubt for axis in self.axes for doubt in axis.doubts)
@@ -128,31 +128,30 @@ def characterise_log(
     second_opinion: bool = True,
     progress: Progress | None = None,
 ) -> Characterisation:
-    """Find the noise coefficients of every axis of a log, as `zerorate.characterise` does.
+    """Estimate the noise coefficients of every axis of a log, as in `zerorate.characterise`.
 
     Parameters
     ----------
     log : Log
         The recording of sensors of one kind.
     kind, taus, bridge, confidence
-        As of `zerorate.allan`.
+        As in `zerorate.allan`.
     markov : int
-        How many Markov terms to find; default none.
+        Number of Markov terms to find; default 0.
     second_opinion : bool
-        Also estimate from the spectrum; default yes.
+        Also estimate from the spectrum; default True.
     progress : callable, optional
-        Called with the step's name and the fraction of it that is done.
-        By default a bar in a notebook.
+        Called with the name of the step and the fraction done. By default a notebook shows a bar.
 
     Returns
     -------
     Characterisation
-        Deviations, a model an axis, and what to beware of.
+        Deviations, a model for each axis, and warnings.
 
     Raises
     ------
     LogError
-        If the log has fewer than 20 samples, or a column none.
+        If the log has fewer than 20 samples, or a column has none.
     ValueError
         If an argument is not as described.
     """
@@ -176,7 +175,7 @@ def characterise_log(
 def models_json(sensors: Sequence[Characterisation], *, doubtful: bool = True) -> str:
     """Return models and notes of all axes of a log as JSON, null for an axis without a model.
 
-    Without `doubtful` a model with a doubt is an error, as in other exports: ValueError.
+    Without `doubtful` a doubtful model raises ValueError, as in other exports.
     """
     models = [axis.model for sensor in sensors for axis in sensor.axes if axis.model is not None]
     if not doubtful:
@@ -191,7 +190,7 @@ def models_json(sensors: Sequence[Characterisation], *, doubtful: bool = True) -
 
 
 def collect_notes(sensors: Sequence[Characterisation]) -> tuple[str, ...]:
-    """Return the sentences on the sensors of a log, and on the log, each once."""
+    """Return the sentences on a log and on its sensors, each once."""
     notes = [note for sensor in sensors for note in sensor.notes]
     notes += [note for sensor in sensors for note in notes_of(sensor.log, evenly_spaced=True)]
     return tuple(dict.fromkeys(notes))

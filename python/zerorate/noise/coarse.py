@@ -1,4 +1,4 @@
-"""White noise of samples in steps wider than it, by the counts of each level."""
+"""White noise smaller than the step of the samples, from the counts of each level."""
 
 from __future__ import annotations
 
@@ -43,15 +43,15 @@ _ONE_SIDED_95: Final = 1.6448536269514722
 
 @dataclass(frozen=True)
 class Coarse:
-    """Noise of samples whose steps are wider than their noise.
+    """Noise of samples with a step larger than the noise.
 
     Parameters
     ----------
     step : float
-        Of the samples, in their unit.
+        Step of the samples, in their unit.
     deviation : Coefficient or None
-        Of the white noise of a sample, in their unit; None where the noise is not white, so that
-        nothing is reported.
+        Standard deviation of a sample's white noise, in their unit; None if the noise is not white,
+        and then nothing is reported.
     """
 
     step: float
@@ -59,7 +59,7 @@ class Coarse:
 
 
 def find_coarse(record: Floats, rate: float) -> Coarse | None:
-    """Return the noise of a record of one axis if its steps are wider than its noise, else None."""
+    """Return the noise of one axis if its step is larger than its noise, otherwise None."""
     present = record[np.isfinite(record)]
     step = find_step(present)
     if step == 0.0 or _local_deviation(present, rate) > _FINE_DEVIATION * step:
@@ -71,7 +71,7 @@ def find_coarse(record: Floats, rate: float) -> Coarse | None:
 
 
 def coarse_model(coarse: Coarse, rate: float, unit: str) -> FittedModel | None:
-    """Return the model of white noise below the step, None where it is not identifiable."""
+    """Return the model of white noise below the step, None if it is not identifiable."""
     if coarse.deviation is None:
         return None
     factor, quantity = si_unit(unit)
@@ -80,7 +80,7 @@ def coarse_model(coarse: Coarse, rate: float, unit: str) -> FittedModel | None:
 
 
 def describe_coarse(coarse: Coarse, rate: float, unit: str) -> str:
-    """Return the sentence on steps that are wider than the noise, with advice."""
+    """Return the sentence on a step larger than the noise, with advice."""
     named = "" if unit == UNKNOWN else f" {unit}"
     steps = f"samples come in steps of {coarse.step:.3g}{named}, wider than the noise: "
     advice = "; log more decimals, or a smaller range"
@@ -97,7 +97,7 @@ def describe_coarse(coarse: Coarse, rate: float, unit: str) -> str:
 
 
 def describe_rounding(record: Floats, rate: float) -> str:
-    """Return a note on the share of rounding in N where it is over 2 %, empty where it is not."""
+    """Return a note on the share of rounding in N if it exceeds 2 %, otherwise ""."""
     present = record[np.isfinite(record)]
     step = find_step(present)
     if step == 0.0:
@@ -110,7 +110,7 @@ def describe_rounding(record: Floats, rate: float) -> str:
 
 
 def find_step(present: Floats) -> float:
-    """Return the step of samples, 0 where they are not stepped or all equal."""
+    """Return the step of samples, 0 if they have no step or are all equal."""
     levels, counts = np.unique(present, return_counts=True)
     if levels.size < 2 or levels.size > _MAX_LEVEL_SHARE * present.size:
         return 0.0

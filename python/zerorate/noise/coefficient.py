@@ -19,21 +19,19 @@ class Coefficient(float):
     value : float
         The coefficient, in any unit; finite.
     sigma : float
-        Standard error in the same unit. 0 (the default) for a number that was given, not
-        estimated.
+        Standard error in the same unit. 0 (the default) for a given, not estimated, number.
     identifiable : bool
-        True if the record of the estimate determines it; True (the default) for a given
-        number.
+        True if the record determines the coefficient, or the number was given (the default).
     upper_bound : float, optional
-        One-sided 95 % bound. Default: ``value + 1.645 * sigma``, which is the value itself where
-        that was given. Needed where the coefficient is not identifiable; infinity there says that
-        it is unknown.
+        One-sided 95 % bound. Default: ``value + 1.645 * sigma``, which is the value itself for a
+        given number. Required if the coefficient is not identifiable; infinity then means that it
+        is unknown.
 
     Raises
     ------
     ValueError
-        If a number is not finite, sigma negative, the bound below the value, or missing where the
-        coefficient is not identifiable. Only the bound of such a one may be infinite.
+        If a number is not finite, sigma is negative, the bound is below the value, or the bound of
+        a coefficient that is not identifiable is missing. Only this bound may be infinite.
 
     Examples
     --------
@@ -105,10 +103,10 @@ class Coefficient(float):
 
     @property
     def conservative(self) -> float:
-        """The value, or the upper bound where the value is not identifiable.
+        """The value, or the upper bound if the value is not identifiable.
 
-        The number to give to a filter, which must not take an unknown coefficient for zero:
-        infinity for one of which nothing is known.
+        Give this number to a filter, which must not mistake an unknown coefficient for zero. It is
+        infinity for an unknown coefficient.
         """
         return self.value if self._identifiable else self._upper_bound
 
@@ -118,12 +116,12 @@ class Coefficient(float):
         Parameters
         ----------
         factor : float
-            What value, standard error and bound are multiplied by; positive.
+            Factor of value, standard error and bound; positive.
 
         Returns
         -------
         Coefficient
-            As well identifiable as this one.
+            The coefficient, identifiable if this one is.
         """
         return Coefficient(
             self.value * factor,
@@ -174,9 +172,9 @@ class CoefficientField:
     Parameters
     ----------
     signed : bool
-        Allow negative numbers; default no.
+        Allow negative numbers; default False.
     positive : bool
-        Refuse zero, too; default no.
+        Do not allow zero; default False.
     required : bool
         The field has no default; otherwise its default is an unknown coefficient.
     """

@@ -1,10 +1,10 @@
 """Variances and covariances of the estimates of one curve.
 
-An estimate at m samples is the mean of squares of a difference D_m of the phase. For Gaussian
-noise the covariance of two such means is the mean over pairs of terms of 2 C(k)², where C(k) is
-the covariance of one difference with the other k samples later: the argument of Greenhall and
-Riley, "Uncertainty of stability variances based on finite differences" (PTTI 2003), for two
-averaging times at once.
+An estimate at m samples is the mean of squares of a difference D_m of the phase. For Gaussian noise
+the covariance of two such means is the mean over pairs of terms of 2 C(k)², where C(k) is the
+covariance of one difference with another k samples later: the argument of Greenhall and Riley,
+"Uncertainty of stability variances based on finite differences" (PTTI 2003), for two averaging
+times at once.
 """
 
 import math
@@ -29,13 +29,13 @@ class CurveStatistics:
     Parameters
     ----------
     kind : Kind
-        Which deviation.
+        Kind of deviation.
     m : ndarray of int, shape (t,)
         Averaging times in samples, rising.
     terms : ndarray of int, shape (t,)
-        Terms that each estimate is the mean of.
+        Number of terms in the mean of each estimate.
     processes : sequence of Process
-        Noises that the record may hold, p of them.
+        Noise processes that the record may contain, p of them.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class CurveStatistics:
         strengths : ndarray, shape (p,)
             Variances of the processes.
         ramp : float
-            Slope of the rate a sample, which no chance is in but which meets the noise.
+            Slope of the rate per sample. It is not random, but its products with the noise are.
         """
         first, second = self._pairs
         products = (ramp * self._ramp)[first] * (ramp * self._ramp)[second]
@@ -91,9 +91,10 @@ def variances(kind: Kind, m: Integers, process: Process) -> Floats:
 
 
 def degrees_of_freedom(kind: Kind, m: Integers, terms: Integers, process: Process) -> Floats:
-    """Return the degrees of freedom of estimates where one process dominates, shape (t,).
+    """Return the degrees of freedom of estimates if one process dominates, shape (t,).
 
-    Those of a chi-squared variable with the same ratio of mean and deviation.
+    These are the degrees of freedom of a chi-squared variable with the same ratio of mean and
+    standard deviation.
     """
     taus = m.astype(np.float64)[:, None]
     span = (terms * _stride(kind, m))[:, None]

@@ -45,20 +45,20 @@ _MIN_TAUS: Final = len(_POWERS) + 1
 
 @dataclass(frozen=True)
 class Curve:
-    """One axis of a deviation curve: squared deviations of the rate, free of bias.
+    """One axis of a deviation curve: squared deviations of the rate, without estimation bias.
 
     Parameters
     ----------
     estimator : Kind
-        What was estimated.
+        Estimated kind of deviation.
     kind : Kind
-        The same without reflection; what reflection changes is in the numbers.
+        The same kind without reflection; the estimates are corrected for the effect of reflection.
     rate : float
         Samples per second, Hz.
     m, terms : ndarray of int, shape (t,)
-        Averaging times in samples, and terms that each estimate would have without reflection.
+        Averaging times in samples, and number of terms of each estimate without reflection.
     variance, edf : ndarray, shape (t,)
-        Estimates, and the degrees of freedom they have.
+        Estimates and their degrees of freedom.
     """
 
     estimator: Kind
@@ -85,20 +85,20 @@ def curve_fit(
     curve : Curve
         Estimates at averaging times not closer than a quarter of an octave.
     terms : sequence of str
-        Coefficients to look for.
+        Coefficients to estimate.
     times : sequence of float, or int
-        Correlation times of Markov terms in s; a number has so many times looked for.
+        Correlation times of Markov terms in s; or the number of terms whose times are estimated.
     frequencies : sequence of float
-        Of sines, Hz.
+        Frequencies of sines, Hz.
     unit : tuple
-        Unit of the deviation in SI, and what it measures.
+        SI unit of the deviation, and its quantity.
     white : Process
-        White noise of unit density, as a low-pass leaves it.
+        White noise of unit density behind the low-pass filter.
 
     Raises
     ------
     ValueError
-        If nothing in the model is random: a ramp and sines alone have no errors to weigh by.
+        If the model has no random term: a ramp and sines alone give no weights.
     """
     if not times and not set(terms) & set(COLOURED):
         raise ValueError(f"a fit needs a noise: name a Markov term or one of {', '.join(COLOURED)}")
@@ -208,7 +208,7 @@ def _find_times(
 
 
 class ExpectedTerm(NamedTuple):
-    """One term of a model: its field, and its deviation of the rate in SI, shape (t,)."""
+    """One term of a model: its field, and its rate deviation in SI, shape (t,)."""
 
     field: str
     deviation: Floats
@@ -222,12 +222,12 @@ def expected_terms(model: NoiseModel, curve: "AllanResult") -> tuple[ExpectedTer
     model : NoiseModel
         In SI units.
     curve : AllanResult
-        Of any kind: its averaging times, rate and kind are what counts.
+        Curve of any kind; only its averaging times, rate and kind are used.
 
     Returns
     -------
     tuple of ExpectedTerm
-        Of a sampled record, as `AllanResult.fit` compares them, not of a continuous one.
+        Terms of a sampled record, as `AllanResult.fit` compares them, not of a continuous one.
     """
     return tuple(term for term in _yield_terms(model, curve) if np.any(term.deviation > 0.0))
 
@@ -259,9 +259,9 @@ def _yield_terms(model: NoiseModel, curve: "AllanResult") -> Iterator[ExpectedTe
 def polynomial_fit(taus: Floats, deviation: Floats, unit: tuple[float, Quantity]) -> FittedModel:
     """Fit sigma^2 = sum of A_n tau^n, n = -2 to 2, by least squares of relative errors.
 
-    Every averaging time weighs the same and is taken as independent of the others, so the errors
-    that it states are too small, and a term without evidence may well come out large: that is how
-    the method is, and why it is not the default. A negative coefficient is not identifiable.
+    Every averaging time has the same weight and is assumed independent of the others. So the stated
+    errors are too small, and a term without evidence may come out large. For these properties the
+    method is not the default. A negative coefficient is not identifiable.
 
     Parameters
     ----------

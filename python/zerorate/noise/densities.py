@@ -1,4 +1,4 @@
-"""Noise of a sensor as the navigation filter needs it from a model."""
+"""Noise densities for the navigation filter, from a model."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ _HORIZON_S: Final = 100.0
 
 
 def densities(model: NoiseModel, sensor: str) -> tuple[float, float | None]:
-    """Return white noise and walk of the bias, SI; None for a walk of which nothing is known.
+    """Return white noise and random walk of the bias, SI; None for an unknown random walk.
 
-    The walk is the larger of the rate random walk and of the one that grows in 100 s as far as
-    the bias instability.
+    The random walk is the larger of two: the rate random walk, and a walk that reaches the bias
+    instability in 100 s.
 
     Parameters
     ----------
     model : NoiseModel
-        Of one axis.
+        Model of one axis.
     sensor : {"gyro", "accel"}
-        Whose noise it is.
+        Sensor of the model.
 
     Raises
     ------
     ValueError
-        If the model is of another quantity, or its white noise is not known.
+        If the model is for another quantity, or its white noise is not known.
     """
     if model.quantity not in (_QUANTITY[sensor], "unknown"):
         raise ValueError(

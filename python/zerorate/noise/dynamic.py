@@ -45,7 +45,7 @@ class DynamicAllan(Result):
     taus : ndarray, shape (t,)
         Averaging times, s.
     deviation : ndarray, shape (w, t)
-        In `unit`; NaN where a window has gaps everywhere.
+        Deviations in `unit`; NaN where gaps leave a window no term.
     window : float
         Length of a window, s.
     unit : str
@@ -81,31 +81,31 @@ def dynamic_allan(
 ) -> DynamicAllan:
     """Return deviations over a window that slides along a record.
 
-    For sensors whose noise changes: warm-up, vibration that comes and goes, a failing part.
+    Use it for sensors with changing noise: warm-up, intermittent vibration, a failing part.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Rates; those that are not finite are missing.
+        Rates; values that are not finite count as missing.
     rate : float
         Samples per second, Hz; by default that of a `Log`.
     window : float, optional
         Length of the window in s; a tenth of the record by default. Averaging times go up to a
-        tenth of it, beyond which the estimates are mostly chance.
+        tenth of the window; longer ones would be mostly chance.
     step : float, optional
-        From one window to the next in s; by default such that there are about fifty.
+        Time from one window to the next, s; by default such that there are about fifty windows.
     kind, taus, unit, threads
-        As of `allan`.
+        As in `allan`.
 
     Returns
     -------
     DynamicAllan
-        With `plot`.
+        The deviations, with `plot`.
 
     Raises
     ------
     ValueError
-        If the window holds fewer than 20 samples or more than the record, the step is not
+        If the window has fewer than 20 samples or is longer than the record, the step is not
         positive, or another argument is not as described.
 
     Notes

@@ -145,9 +145,9 @@ def list_undetermined(model: "NoiseModel", walk: bool = True) -> tuple[str, ...]
 
 
 def check_doubts(models: Iterable["NoiseModel"]) -> None:
-    """Refuse models of which one is doubtful: ValueError with advice for another record.
+    """Raise ValueError, with advice for another record, if a model is doubtful.
 
-    What moved one sensor of an IMU moved the others.
+    A motion of one sensor of an IMU also moves the others.
     """
     doubt = next((model.doubt for model in models if model.doubt), "")
     if doubt:
@@ -182,7 +182,7 @@ def _check_determined(coefficients: Sequence[Coefficient]) -> None:
 
 
 def write_text(text: str, path: str | os.PathLike[str] | None, force: bool) -> str:
-    """Return the text, after writing it, whole or not at all, where a path is given."""
+    """Return the text; if a path is given, also write it, completely or not at all."""
     if path is not None:
         with atomic_path(path, force) as temporary:
             temporary.write_text(text, encoding="utf-8", newline="\n")
@@ -315,15 +315,15 @@ def to_kalibr(
     Parameters
     ----------
     accelerometer : NoiseModel, optional
-        Model of quantity "acceleration". Without one its lines are left out, which Kalibr
-        does not accept: they are to be added by hand.
+        Model of quantity "acceleration". Without one its lines are left out. Kalibr does not accept
+        this: add the lines by hand.
     rate : float, optional
         ``update_rate`` in Hz. Without it the line is left out.
     rostopic : str
         Topic of the recording; default "/imu0".
     inflate : float
-        Factor on every number, for what a record at rest does not show; default 1, noted in the
-        file otherwise.
+        Factor applied to every number, for noise that a record at rest does not show. Default 1;
+        other values are noted in the file.
 
     Returns
     -------
@@ -332,8 +332,8 @@ def to_kalibr(
 
     Notes
     -----
-    Noise density is N and random walk is K, of continuous time: Kalibr itself converts to its
-    rate. The bias instability B is not a random walk, and has no line.
+    Noise density is N and random walk is K, both in continuous time: Kalibr itself converts them to
+    its rate. The bias instability B is not a random walk, and has no line.
 
     Examples
     --------
@@ -375,14 +375,14 @@ def to_vins(
     Parameters
     ----------
     rate : float, optional
-        Rate in Hz of the IMU messages that VINS integrates: with it deviations per sample are
-        written, which is what its arithmetic takes. By default the densities of continuous time
-        are, with which most published configurations are filled.
+        Rate in Hz of the IMU messages that VINS integrates: with it standard deviations per sample
+        are written, which VINS computes with. By default continuous-time densities are written, as
+        in most published configurations.
     accelerometer : NoiseModel, optional
         Model of quantity "acceleration". Without one its lines are left out.
     inflate : float
-        Factor on every number; default 1, noted in the file otherwise. Users of VINS raise the
-        numbers by 10 or more, for vibration and for what else its model leaves out.
+        Factor applied to every number; default 1, noted in the file otherwise. Users of VINS raise
+        the numbers by 10 or more, for vibration and for what else its model leaves out.
 
     Returns
     -------
@@ -391,11 +391,11 @@ def to_vins(
 
     Notes
     -----
-    The preintegration adds (dt gyr_w)^2 to the variance of the bias at every step of dt, so
-    gyr_w = K sqrt(rate) gives the growth K^2 dt of a random walk; with K itself the bias is held
-    sqrt(rate) times too steady, for which `inflate` is often raised. gyr_n = N sqrt(rate) is the
-    deviation of one sample; the midpoint rule then takes both ends of a step as independent and
-    adds half of N^2 dt.
+    The preintegration adds (dt gyr_w)^2 to the variance of the bias at every step of dt, so gyr_w =
+    K sqrt(rate) gives the growth K^2 dt of a random walk; with K itself the bias is sqrt(rate)
+    times too stable, and `inflate` is often raised to compensate. gyr_n = N sqrt(rate) is the
+    standard deviation of one sample; the midpoint rule then takes both ends of a step as
+    independent and adds half of N^2 dt.
 
     Examples
     --------
@@ -433,23 +433,23 @@ def to_orbslam3(
     Parameters
     ----------
     rate : float, optional
-        ``IMU.Frequency`` in Hz. Without it that line is left out, which ORB-SLAM3 does not
-        accept: it is to be added by hand.
+        ``IMU.Frequency`` in Hz. Without it this line is left out. ORB-SLAM3 does not accept this:
+        add the line by hand.
     accelerometer : NoiseModel, optional
-        Model of quantity "acceleration". Without one its lines are left out, which ORB-SLAM3
-        does not accept: they are to be added by hand.
+        Model of quantity "acceleration". Without one its lines are left out. ORB-SLAM3 does not
+        accept this: add the lines by hand.
     inflate : float
         Factor on every number but the rate; default 1, noted in the file otherwise.
 
     Returns
     -------
     str
-        The text, to be put into a settings file.
+        The text, to paste into a settings file.
 
     Notes
     -----
-    Noise is N and walk is K, of continuous time: ORB-SLAM3 itself multiplies the one by the root
-    of ``IMU.Frequency`` and divides the other by it.
+    Noise is N and walk is K, both in continuous time: ORB-SLAM3 itself multiplies the noise by the
+    root of ``IMU.Frequency`` and divides the walk by it.
 
     Examples
     --------
@@ -493,20 +493,20 @@ def to_px4(
     accelerometer : NoiseModel, optional
         Model of quantity "acceleration". Without one its lines are left out.
     inflate : float
-        Factor on every number; default 1, noted in the file otherwise. PX4's own values, meant
-        for a vehicle that vibrates, lie far above those of a sensor at rest.
+        Factor applied to every number; default 1, noted in the file otherwise. PX4's own values,
+        for a vibrating vehicle, are far above the values of a sensor at rest.
 
     Returns
     -------
     str
-        The text, which also says where a number lies outside the range that PX4 states.
+        The text, with a comment if a number is outside the range that PX4 states.
 
     Notes
     -----
-    EKF2 takes deviations per step, not densities: at every step of dt its covariance prediction
-    adds (dt EKF2_GYR_NOISE)^2 to the variance of the angle and (dt EKF2_GYR_B_NOISE)^2 to that
-    of the bias. These are N^2 dt and K^2 dt for N sqrt(rate), in rad/s, and K sqrt(rate), in
-    rad/s^2.
+    EKF2 takes standard deviations per step, not densities: at every step of dt its covariance
+    prediction adds (dt EKF2_GYR_NOISE)^2 to the variance of the angle and (dt EKF2_GYR_B_NOISE)^2
+    to the variance of the bias. These are N^2 dt and K^2 dt for N sqrt(rate), in rad/s, and K
+    sqrt(rate), in rad/s^2.
 
     Examples
     --------
@@ -545,13 +545,13 @@ def to_ros(
     Parameters
     ----------
     rate : float
-        Messages per second, Hz. A driver that averages samples before it publishes has the lower
-        rate of its messages.
+        Messages per second, Hz. If a driver averages samples before it publishes, give the rate of
+        its messages.
     accelerometer : NoiseModel, optional
         Model of quantity "acceleration". Without one its line is left out.
     inflate : float
-        Factor on the deviations, so that the covariances grow with its square; default 1, noted
-        in the file otherwise.
+        Factor applied to the standard deviations, so the covariances grow with its square. Default
+        1; other values are noted in the file.
 
     Returns
     -------
@@ -561,8 +561,8 @@ def to_ros(
     Notes
     -----
     The diagonal is N^2 rate, the variance of the white noise of one message. The message has no
-    place for the random walk of the bias, and robot_localization has no gyro bias in its state:
-    publish rates that are free of it. A first element of -1 means that there is no orientation
+    field for the random walk of the bias, and robot_localization has no gyro bias in its state:
+    publish rates without bias. A first element of -1 means that there is no orientation
     (``sensor_msgs/Imu.msg``).
 
     Examples

@@ -27,13 +27,13 @@ class NarrowBands(NamedTuple):
     Parameters
     ----------
     frequency : ndarray, shape (b, p)
-        Points of each band, cycles a sample.
+        Frequencies in each band, cycles per sample.
     counts : ndarray, shape (b,)
-        Independent lines of each band.
+        Number of independent lines of each band.
     ramp : ndarray, shape (b,)
-        Density of a record that grows by one a sample.
+        Density of a record that grows by one per sample.
     density : ndarray, shape (b,)
-        Of the record.
+        Density of the record.
     """
 
     frequency: Floats
@@ -60,7 +60,7 @@ class Fit:
 
 
 def deviance_of(density: Floats, model: Floats, counts: Floats) -> float:
-    """Return twice the loss of log likelihood of gamma distributed densities to a perfect model."""
+    """Return twice the loss of log likelihood against a perfect model, for gamma densities."""
     ratio = density / model
     return float(2.0 * np.sum(counts * (ratio - 1.0 - np.log(ratio))))
 
@@ -131,7 +131,7 @@ class Search:
         return np.stack(parts, axis=1)
 
     def fit(self, shape: Shape | None, counts: Floats, starts: Sequence[Floats] = ()) -> Fit:
-        """Return the best fit of a shape, from these starts or from all of its own."""
+        """Return the best fit of a shape, from these start values or from the shape's own."""
         if shape is None:
             columns = self.columns(None, np.empty(0))
             c = _linear(columns, self.density, counts, 12)
@@ -173,7 +173,7 @@ class Search:
         return self._judged(shape, p, c, counts)
 
     def slopes(self, shape: Shape, p: Floats, c: Floats) -> Floats:
-        """Return the derivatives of the model by each number of the shape, shape (b, n)."""
+        """Return the derivatives of the model by each parameter of the shape, shape (b, n)."""
         steps = np.eye(p.size) * SMALL_STEP
         if not p.size:
             return np.empty((self.density.size, 0))
@@ -203,7 +203,7 @@ class Search:
         return full
 
     def sigma_of_absent(self, fit: Fit, counts: Floats, i: int) -> float:
-        """Return the standard error that amplitude i, found to be zero, would have."""
+        """Return the standard error of amplitude i, whose estimate is zero."""
         c = fit.c.copy()
         c[i] = max(c[i], 1e-12 * c.max())
         full = self.covariance(Fit(fit.shape, fit.p, c, 0.0, 0.0, 0.0), counts)

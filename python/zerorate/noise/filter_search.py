@@ -1,9 +1,9 @@
 """The low-pass filter that explains the spectrum of a record, and the noise below its corner.
 
-A sensor's own low-pass takes the fast half of its white noise away. A model without a filter
-explains the falling spectrum by flicker, and N comes out at half. Here the density is
-|H|^2 (N^2 + B^2/x + K^2/x^2) + ramp + white noise that is not filtered, x = 2 sin(pi f), for seven
-shapes of |H|^2; N^2 below the corner is the first and the last white noise together.
+A sensor's own low-pass removes the white noise at high frequencies. A model without a filter
+explains the falling spectrum by flicker, and its N is half the true one. Here the density is |H|^2
+(N^2 + B^2/x + K^2/x^2) + ramp + white noise that is not filtered, x = 2 sin(pi f), for seven shapes
+of |H|^2. N^2 below the corner is the sum of both white noises.
 """
 
 from __future__ import annotations
@@ -44,14 +44,14 @@ _MARKOV_CHANCE: Final = 1e-3
 def suspects_filter(
     basis: Floats, strengths: Floats, density: Floats, counts: Floats, frequency: Floats
 ) -> bool:
-    """Return True if a model without a filter misses a density, above all by its fast end.
+    """Return True if a model without a filter does not fit, above all at high frequencies.
 
     Parameters
     ----------
     basis, strengths : ndarray, shape (b, k), (k,)
         The model: density of each band for terms of unit strength, and their strengths.
     density, counts, frequency : ndarray, shape (b,)
-        Of each band, its independent lines, and where it lies, cycles a sample.
+        Density of each band, its number of independent lines, and its frequency, cycles per sample.
     """
     model, active = basis @ strengths, strengths > 0.0
     weight = np.sqrt(counts) / model
@@ -67,7 +67,7 @@ def suspects_filter(
 
 
 def find_filter(bands: NarrowBands, rate: float) -> Filtered | None:
-    """Return the noise behind the filter that explains a density, None if none does better."""
+    """Return the noise behind the best filter for a density, None if no filter fits better."""
     search = Search(bands)
     plain = search.fit(None, bands.counts)
     fits = [search.fit(shape, bands.counts) for shape in SHAPES]

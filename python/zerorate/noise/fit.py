@@ -27,17 +27,17 @@ _MAX_STEPS: Final = 100
 
 @dataclass(frozen=True)
 class FittedModel(NoiseModel):
-    """A noise model with the quality of its fit; otherwise as a `NoiseModel`.
+    """A `NoiseModel` with the quality of its fit.
 
     Attributes
     ----------
     method : str
-        Data of the fit: a deviation's name, ``"whittle"`` or ``"polynomial"``.
+        Data or method of the fit: a deviation's name, ``"whittle"`` or ``"polynomial"``.
     chi_squared, degrees_of_freedom : float, int
-        Weighted sum of squared residuals, before `misfit` was allowed for, and its expectation.
+        Weighted sum of squared residuals, before `misfit` is included, and its expectation.
     misfit : float
-        Relative error of the model's variances that had to be allowed for, 0 where chance alone
-        explains the data. Standard errors include it.
+        Relative error of the model's variances that explains the residuals, 0 if chance alone
+        explains them. Standard errors include it.
 
     Examples
     --------
@@ -66,7 +66,7 @@ class Component:
     scale : float
         Variance of the column for a coefficient of 1.
     make : callable, optional
-        Makes a term of a list (Markov, Sinusoid) of a coefficient.
+        Makes a Markov or Sinusoid term from a coefficient.
     """
 
     name: str
@@ -85,7 +85,7 @@ class Problem:
     data : ndarray, shape (t,)
         Estimates of variances.
     edf : ndarray, shape (t,)
-        Rough degrees of freedom of each, to begin with.
+        Approximate degrees of freedom of each, for the first weights.
     weighting : callable
         Covariance of the data for given strengths.
     """
@@ -96,7 +96,7 @@ class Problem:
     weighting: Weighting
 
     def solve(self) -> tuple[Solution, Weighting, float, float]:
-        """Return the solution, its weighting, its misfit, and chi-squared without that."""
+        """Return the solution, its weighting, its misfit, and chi-squared without the misfit."""
         start = 2.0 * self.data**2 / self.edf
         plain = solve(self.basis, self.data, start, self.weighting)
         freedom = max(plain.degrees_of_freedom, 1)
@@ -134,7 +134,7 @@ class Problem:
 def fit_components(
     problem: Problem, components: Sequence[Component], method: str, unit: tuple[float, Quantity]
 ) -> FittedModel:
-    """Solve the problem and return its model; `unit`, in SI, and its quantity are the data's."""
+    """Solve the problem and return its model; `unit` is the data's SI unit and quantity."""
     solution, weighting, misfit, chi_squared = problem.solve()
     coefficients: dict[str, object] = {}
     for i, component in enumerate(components):
@@ -164,7 +164,7 @@ def coefficient_of(model: NoiseModel, field: str) -> Coefficient:
 
 
 def coefficient_of_square(square: float, sigma: float) -> Coefficient:
-    """Return the root of a square and its standard error, which bound it at 95 %."""
+    """Return the root of a square as a coefficient, with standard error and 95 % bound."""
     largest = math.sqrt(max(square, 0.0) + _ONE_SIDED_95 * sigma)
     if not square > 0.0:
         return Coefficient(0.0, largest / _ONE_SIDED_95, False, largest)

@@ -1,4 +1,4 @@
-"""Degrees of freedom of an estimate, the bounds that follow, and the bias of reflection."""
+"""Degrees of freedom of an estimate, bounds from them, and the bias of reflection."""
 
 from collections.abc import Callable
 from typing import Final
@@ -61,20 +61,21 @@ def freedoms(kind: Kind, m: Integers, terms: Integers, exponents: Integers, n: i
     Parameters
     ----------
     kind : Kind
-        Which deviation.
+        Kind of deviation.
     m : ndarray of int, shape (t,)
         Averaging factors.
     terms : ndarray of int, shape (t,)
-        Terms of each estimate.
+        Number of terms of each estimate.
     exponents : ndarray of int, shape (t,)
-        Noise type at each.
+        Noise type at each averaging time.
     n : int
-        Samples of the record.
+        Number of samples of the record.
 
     Notes
     -----
-    Without reflection: the combined formula of Greenhall and Riley (2003), summed. With it: the
-    fits of NIST SP 1065, section 5.4. None are published for the parabolic deviation.
+    Kinds without reflection use the combined formula of Greenhall and Riley (2003), summed. Kinds
+    with reflection use the fits of NIST SP 1065, section 5.4. For the parabolic deviation none are
+    published.
     """
     result: Floats = np.full(m.size, np.nan)
     for exponent in np.unique(_nearest_exponent(kind, exponents)):
@@ -95,7 +96,7 @@ def bounds(deviation: Floats, edf: Floats, confidence: float) -> tuple[Floats, F
 
 
 def total_bias(kind: Kind, m: Integers, exponents: Integers, n: int) -> Floats:
-    """Return the printed ratio of the variance and that of the deviation without reflection.
+    """Return the published ratio of the variance to the variance without reflection.
 
     NIST SP 1065, section 5.
     """
@@ -110,7 +111,7 @@ def total_bias(kind: Kind, m: Integers, exponents: Integers, n: int) -> Floats:
 
 
 def reflection_bias(kind: Kind, m: Integers, exponents: Integers, n: int) -> Floats:
-    """Return the same ratio, by simulation where the printed one is too far off for a fit."""
+    """Return the same ratio, from simulation where the published one is too inaccurate."""
     if not (kind.total and kind.modified):
         return total_bias(kind, m, exponents, n)
     limits = np.array([_MODIFIED_REFLECTION[int(e)] for e in _nearest_exponent(kind, exponents)])

@@ -38,8 +38,8 @@ def to_json(
     Returns
     -------
     str
-        Every coefficient with value, standard error, identifiability, bound and unit, exact to
-        the last bit, null where it is unknown; and how well a `FittedModel` fits.
+        Every coefficient with value, standard error, identifiability, bound and unit, exact to the
+        last bit, null where it is unknown; and the quality of the fit of a `FittedModel`.
 
     Examples
     --------
@@ -80,7 +80,7 @@ def to_json(
 
 
 def from_json(source: str | os.PathLike[str], build: type[Model]) -> Model:
-    """Return the model that a text or a file holds, as one of a class."""
+    """Return the model in a text or a file, as an instance of a class."""
     return restore(
         source, _FORMAT, lambda content: build(**_read_fields(content), **_read_fit(content, build))
     )
@@ -155,7 +155,7 @@ def _decode_term(entry: object, units: dict[str, str]) -> dict[str, Any]:
 
 
 def encode_coefficient(coefficient: Coefficient) -> dict[str, Any]:
-    """Return the parts of a coefficient, None for the numbers of one that is unknown."""
+    """Return the parts of a coefficient, with None in place of unknown numbers."""
     numbers = ("value", "sigma", "identifiable", "upper_bound")
     if not coefficient.known:
         return {**dict.fromkeys(numbers), "identifiable": False}
@@ -167,7 +167,7 @@ def _encode_with_unit(coefficient: Coefficient, unit: str) -> dict[str, Any]:
 
 
 def decode_coefficient(entry: object) -> Coefficient:
-    """Return the coefficient of its parts; ValueError if one is not there."""
+    """Return the coefficient from its parts; ValueError if a part is missing."""
     parts = (("value", float), ("sigma", float), ("identifiable", bool), ("upper_bound", float))
     return Coefficient(*(parse_key(entry, name, kind) for name, kind in parts))
 

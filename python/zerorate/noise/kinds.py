@@ -1,4 +1,4 @@
-"""The kinds of deviations, and the averaging times at which a curve is taken."""
+"""The kinds of deviations, and the averaging times of a curve."""
 
 from __future__ import annotations
 
@@ -37,16 +37,16 @@ _MIN_THEO1_FACTOR = 10
 
 @dataclass(frozen=True)
 class Kind:
-    """One deviation.
+    """One kind of deviation.
 
     Parameters
     ----------
     name : str
-        As users write it.
+        Name that users write.
     title : str
-        As tables and figures write it.
+        Name in tables and figures.
     order : int
-        Phase differences it takes: 2 of the Allan family, 3 of the Hadamard family.
+        Order of the phase difference: 2 in the Allan family, 3 in the Hadamard family.
     modified : bool
         True if the phase is averaged over tau before it is differenced.
     overlapping : bool
@@ -54,7 +54,7 @@ class Kind:
     total : bool
         True if the record is extended by reflection.
     time : bool
-        True if the result is a time deviation, tau / sqrt(3) times that of the rate.
+        True if the result is a time deviation: tau / sqrt(3) times the rate deviation.
     """
 
     name: KindName
@@ -95,14 +95,14 @@ def kind(name: str) -> Kind:
 def averaging_factors(
     taus: TauGrid | Sequence[float] | npt.ArrayLike, kind: Kind, rate: float, longest: int
 ) -> tuple[Integers, tuple[str, ...]]:
-    """Return averaging factors, rising, and notes on how they were rounded.
+    """Return rising averaging factors, and notes on their rounding.
 
     Parameters
     ----------
     taus : {"octave", "decade", "all"} or array_like
-        A grid (decade: ten to a decade) or averaging times in s.
+        A grid ("decade": ten per decade) or averaging times in s.
     kind : Kind
-        Which deviation.
+        Kind of deviation.
     rate : float
         Samples per second, Hz.
     longest : int
@@ -134,7 +134,7 @@ def averaging_factors(
 
 
 def averaging_times(m: Integers, kind: Kind, rate: float) -> Floats:
-    """Return the averaging times of factors."""
+    """Return the averaging times of averaging factors."""
     return m.astype(np.float64) * _time_of_factor(kind) / rate
 
 

@@ -29,13 +29,13 @@ class Solution:
     Attributes
     ----------
     strengths : ndarray, shape (p,)
-        None negative.
+        Strengths, none negative.
     sigmas : ndarray, shape (p,)
-        Standard errors, given which strengths are zero; NaN for those.
+        Standard errors, conditional on the strengths that are zero; NaN for these.
     chi_squared : float
-        Weighted sum of squares left over.
+        Weighted sum of squared residuals.
     degrees_of_freedom : int
-        Number of data less that of strengths above zero.
+        Number of data minus number of strengths above zero.
     """
 
     strengths: Floats
@@ -45,18 +45,18 @@ class Solution:
 
 
 def solve(basis: Floats, data: Floats, start: Floats, weighting: Weighting) -> Solution:
-    """Fit ``data = basis @ strengths``, the covariance of the data being that of the fit.
+    """Fit ``data = basis @ strengths``, with the covariance of the data from the fit.
 
     Parameters
     ----------
     basis : ndarray, shape (t, p)
-        What unit strengths would give.
+        Expected data of unit strengths.
     data : ndarray, shape (t,)
         Estimates to fit.
     start : ndarray, shape (t, t) or (t,)
-        Covariance for the first round.
+        Covariance for the first iteration.
     weighting : callable
-        Covariance for the next rounds.
+        Returns the covariance for the next iterations.
     """
     both = np.column_stack((basis, data))
     strengths = _fit_whitened(_whiten(start, both))
@@ -72,17 +72,17 @@ def solve(basis: Floats, data: Floats, start: Floats, weighting: Weighting) -> S
 
 
 def residual_chi_squared(basis: Floats, data: Floats, scatter: Floats) -> float:
-    """Return the chi-squared of the best fit where the covariance of the data is given."""
+    """Return the chi-squared of the best fit for a given covariance of the data."""
     white = _whiten(scatter, np.column_stack((basis, data)))
     residual = white[:, -1] - white[:, :-1] @ _fit_whitened(white)
     return float(residual @ residual)
 
 
 def upper_bound(basis: Floats, solution: Solution, i: int, weighting: Weighting) -> float:
-    """Return the strength of process i that the data exclude at 95 %, infinite if none.
+    """Return the strength of process i above which the data exclude it at 95 %, or infinity.
 
-    The larger a strength, the more the data scatter, so the bound is looked for with the scatter
-    that it would cause itself.
+    A larger strength makes the data scatter more, so the search for the bound includes the scatter
+    that the bound itself causes.
     """
     estimate, bound = solution.strengths[i], solution.strengths.copy()
     active = solution.strengths > 0.0
@@ -132,10 +132,10 @@ def _fit_whitened(white: Floats, guess: Booleans | None = None) -> Floats:
 
 
 def solve_non_negative(matrix: Floats, target: Floats, guess: Booleans | None = None) -> Floats:
-    """Return the x >= 0 that brings ``matrix @ x`` closest to the target.
+    """Return the x >= 0 for which ``matrix @ x`` is closest to the target.
 
-    C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems", 1974, chapter 23, begun with the
-    elements guessed to be above zero.
+    C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems", 1974, chapter 23, starting with
+    the elements expected to be above zero.
     """
     lengths = np.linalg.norm(matrix, axis=0)
     lengths[lengths == 0.0] = 1.0

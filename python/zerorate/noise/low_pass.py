@@ -1,4 +1,4 @@
-"""A low-pass filter of a sensor, and what the spectrum of a record says of the noise behind it."""
+"""A low-pass filter of a sensor, and the noise behind it from the spectrum of a record."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class LowPass:
             raise ArgumentError("order", f"must be positive, got {self.order}")
 
     def passed_share(self, rate: float) -> float:
-        """Return the share of the variance of white noise that passes, at a rate in Hz.
+        """Return the share of white noise variance that passes at a sampling rate in Hz.
 
         Examples
         --------
@@ -80,7 +80,7 @@ def _order_in_words(order: float) -> str:
 
 
 class Estimate(NamedTuple):
-    """A squared amplitude with its standard error, in densities with the sample as unit of time."""
+    """A squared amplitude with its standard error, with the sample as unit of time."""
 
     value: float
     sigma: float
@@ -91,24 +91,24 @@ NO_CORNER: Final = Estimate(math.nan, math.nan)
 
 @dataclass(frozen=True)
 class Filtered:
-    """Noise behind a filter, estimated from the spectrum, the sample as unit of time.
+    """Noise behind a filter, estimated from the spectrum, with the sample as unit of time.
 
     Attributes
     ----------
     white, flicker, walk, ramp : Estimate
         N^2, B^2, K^2 and R^2.
     deviance, freedom, chance : float, int, float
-        Of the best model, and the probability of a larger one.
+        Deviance of the best model, its degrees of freedom, and the probability of a larger one.
     corner : Estimate
-        Of the filter, cycles a sample; NaN where none is named.
+        Corner of the filter, cycles per sample; NaN if no filter is named.
     order : float
-        Of the filter.
+        Order of the filter.
     up_to : float
-        Frequency below which the model holds, cycles a sample; NaN for all.
+        Frequency below which the model is valid, cycles per sample; NaN for all.
     response : callable
-        Density of the white noise over N^2, at frequencies in cycles a sample.
+        Ratio of white noise density to N^2, at frequencies in cycles per sample.
     holds : bool
-        False where neither a filter nor any part of the spectrum is explained.
+        False if the model explains neither a filter nor any part of the spectrum.
     """
 
     white: Estimate
@@ -131,7 +131,7 @@ class Filtered:
 
 
 def band_of(filtered: Filtered, rate: float) -> str:
-    """Return the band of the noise, in words; empty for the whole of it."""
+    """Return the band of the noise, in words; empty for the full band."""
     return describe_band(**band_fields(filtered, rate))
 
 
@@ -160,7 +160,7 @@ _MAX_RESPONSE_LINES: Final = 1 << 18
 
 
 def process_of(filtered: Filtered) -> Process:
-    """Return white noise behind a filter, of unit density well below its corner.
+    """Return white noise behind a filter, with unit density well below its corner.
 
     From the autocovariance r of its rate: s(k+1) - s(k) = -(r(0)/2 + r(1) + ... + r(k)).
     """

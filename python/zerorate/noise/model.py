@@ -27,18 +27,18 @@ T = TypeVar("T")
 
 
 class DiscreteSigmas(NamedTuple):
-    """Deviations per sample.
+    """Standard deviations per sample.
 
     Parameters
     ----------
     white : float
-        N sqrt(rate) in rad/s: the deviation of the white noise of one sample. Its square is the
+        N sqrt(rate) in rad/s: the standard deviation of one sample's white noise. Its square is the
         measurement noise R of a filter that takes the rate as measured.
     walk_step : float
-        K / sqrt(rate) in rad/s: the deviation of the random walk's step from one sample to the
-        next. Its square is the process noise Q of the bias state.
+        K / sqrt(rate) in rad/s: the standard deviation of the random walk's step from one sample to
+        the next. Its square is the process noise Q of the bias state.
 
-    Both are in m/s^2 for an accelerometer, and in the unit of the samples where that is unknown.
+    Both are in m/s^2 for an accelerometer, and in the unit of the samples if that unit is unknown.
 
     Examples
     --------
@@ -57,10 +57,10 @@ class DiscreteSigmas(NamedTuple):
 class NoiseModel(Result):
     """Noise coefficients of a gyro at rest, in SI units.
 
-    Each coefficient is kept as a `Coefficient`, a float with its standard error; plain numbers
-    count as exact, and 0 means that there is no such noise. A coefficient that is not given, or
-    None, is *unknown*: curves and simulations leave it out, exports say so instead of writing a
-    number, and its `conservative` value is infinite.
+    Each coefficient is a `Coefficient`, a float with its standard error. Plain numbers count as
+    exact, and 0 means that there is no such noise. A coefficient that is None or not given is
+    *unknown*: curves and simulations leave it out, exports state that it is unknown, and its
+    `conservative` value is infinite.
 
     Parameters
     ----------
@@ -72,33 +72,33 @@ class NoiseModel(Result):
     rate_random_walk : float
         K in rad/s^2/sqrt(Hz), the same as rad/s/sqrt(s): density (K / (2 pi f))^2.
     rate_ramp : float
-        R in rad/s^2: a drift of R t. The only term that may be negative.
+        R in rad/s^2: a drift of R t. Only this term may be negative.
     quantization : float
-        Q in rad: white noise of the angle, of deviation Q at every sample. A uniform quantizer
-        of the angle by a step q has Q = q / sqrt(12).
+        Q in rad: white noise of the angle, with standard deviation Q at every sample. A uniform
+        quantizer of the angle by a step q has Q = q / sqrt(12).
     markov : sequence of Markov
         Exponentially correlated noise, any number of terms.
     sinusoid : sequence of Sinusoid
         Sines in the rate, any number of terms.
     quantity : {"angular rate", "acceleration", "unknown"}
         Quantity that the sensor measures. With "acceleration" every rad is a metre:
-        `angle_random_walk` is the velocity random walk in m/s^2/sqrt(Hz), and so on. "unknown"
-        belongs to a record without a known unit: every rad/s is the unit of its samples, nothing is
+        `angle_random_walk` is the velocity random walk in m/s^2/sqrt(Hz), and so on. "unknown" is
+        for a record without a known unit: every rad/s is then the unit of its samples, nothing is
         converted, and JSON is the only export.
     doubt : str
-        Reason not to trust the numbers, a sentence: `zerorate.allan` gives one for a record that
-        moved or is too short. Exports refuse such a model unless they are forced. Default none.
+        Reason not to trust the numbers, a sentence: `zerorate.allan` sets it for a record that
+        moved or is too short. Exports of such a model raise an error unless forced. Default none.
     low_pass : LowPass, optional
-        Filter between noise and samples. The coefficients are those below its corner: the
-        variance of a sample is less than N^2 times the rate.
+        Filter between noise and samples. The coefficients apply below its corner: the variance of a
+        sample is less than N^2 times the rate.
     up_to : float, optional
-        Frequency in Hz below which the coefficients were read. Default: all frequencies.
+        Frequency in Hz below which the coefficients were estimated. Default: all frequencies.
 
     Raises
     ------
     ValueError
-        If a coefficient is not a finite number, or negative where that means nothing, or if
-        another field is not as described.
+        If a coefficient is not a finite number, or negative without being a ramp, or if another
+        field is not as described.
 
     Notes
     -----
@@ -151,16 +151,15 @@ class NoiseModel(Result):
 
     @property
     def band(self) -> str:
-        """Band of the coefficients, in words; empty for the whole of it."""
+        """Band of the coefficients, in words; empty for the full band."""
         return describe_band(self.low_pass, self.up_to)
 
     @classmethod
     @document_restore
     def from_json(cls, source: str | os.PathLike[str]) -> Self:
-        """Read a model that `to_json` wrote, equal to the last bit.
+        """Read a model written by `to_json`, equal to the last bit.
 
-        The class decides what is read: `FittedModel.from_json` also reads how well a model
-        fitted, which `NoiseModel.from_json` leaves out.
+        `FittedModel.from_json` also reads the quality of the fit; `NoiseModel.from_json` does not.
 
         Examples
         --------
@@ -203,7 +202,7 @@ class NoiseModel(Result):
         return deviation(self, taus, ALLAN)
 
     def hadamard_deviation(self, taus: npt.ArrayLike) -> Floats:
-        """Return the model's Hadamard deviation curve, which a ramp leaves alone.
+        """Return the model's Hadamard deviation curve, which does not depend on a ramp.
 
         Parameters
         ----------
@@ -233,14 +232,14 @@ class NoiseModel(Result):
         return deviation(self, taus, HADAMARD)
 
     def in_units(self, unit: str) -> Coefficient:
-        """Return the coefficient that a unit belongs to, in that unit.
+        """Return the coefficient that has this unit, in this unit.
 
         Parameters
         ----------
         unit : str
-            A unit of `zerorate.units`. Its kind says which coefficient is meant: one of angle
-            random walk gives N, a rate B, a rate random walk K, a rate ramp R, an angle Q; for
-            an accelerometer likewise.
+            A unit of `zerorate.units`. Its kind selects the coefficient: a unit of angle random
+            walk selects N, of rate B, of rate random walk K, of rate ramp R, of angle Q. The same
+            holds for an accelerometer.
 
         Returns
         -------
@@ -250,8 +249,8 @@ class NoiseModel(Result):
         Raises
         ------
         ValueError
-            If the unit is unknown, or no coefficient of this quantity has such a unit, or the
-            model is in the unit of samples of which it is not known.
+            If the unit is unknown, no coefficient of this quantity has such a unit, or the model is
+            in an unknown unit of samples.
 
         Examples
         --------
@@ -272,7 +271,7 @@ class NoiseModel(Result):
         )
 
     def discrete_sigmas(self, rate: float) -> DiscreteSigmas:
-        """Return the deviations that a Kalman filter at a sampling rate needs.
+        """Return the standard deviations for a Kalman filter at a sampling rate.
 
         Parameters
         ----------
@@ -283,10 +282,9 @@ class NoiseModel(Result):
         -------
         DiscreteSigmas
             `white`, whose square is the measurement noise variance of one sample, behind the
-            low-pass if there is one, and
-            `walk_step`, whose square is the process noise variance of the bias per sample.
-            Where a coefficient is not identifiable, by its upper bound; infinite where it is
-            unknown.
+            low-pass if there is one, and `walk_step`, whose square is the process noise variance of
+            the bias per sample. A coefficient that is not identifiable counts with its upper bound;
+            an unknown one is infinite.
 
         Raises
         ------
@@ -323,9 +321,9 @@ def _check_terms(name: str, values: object, kind_: type) -> tuple[Any, ...]:
 
 
 def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
-    """Return the model whose every coefficient is the largest among axes that determine it.
+    """Return the model with the largest of each coefficient among axes that determine it.
 
-    What an estimator takes that has one number for all axes.
+    Use it for an estimator that has one number for all axes.
 
     Parameters
     ----------
@@ -335,11 +333,11 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
     Returns
     -------
     NoiseModel
-        Each coefficient of the axis where it is largest, with its standard error, among the axes
-        where it is identifiable. If it is identifiable in none, the largest upper bound. It is
-        unknown only if it is unknown in all axes. A ramp counts by its size. Markov terms and
-        sinusoids are those of the axis where they have the largest variance together. A doubt of
-        any axis is one of the model. Of low-pass filters it has the lowest.
+        Each coefficient is the largest among the axes where it is identifiable, with its standard
+        error. If no axis identifies it, it has the largest upper bound. It is unknown only if it is
+        unknown in all axes. Ramps are compared by absolute value. Markov terms and sinusoids are
+        taken from the axis where the sum of their variances is largest. A doubt of any axis is a
+        doubt of the model. The model has the low-pass filter with the lowest corner.
 
     Raises
     ------

@@ -84,35 +84,35 @@ class Step(NamedTuple):
 def moving_spans(z: npt.ArrayLike, rate: float | None = None) -> tuple[Span, ...]:
     """Return the spans in which a sensor was not at rest.
 
-    Windows of one second move if their variance, or the step from one's mean to the next, is far
-    outside the range of quiet windows. Neighbouring windows are merged, also across pauses under 5
-    s.
+    A one-second window counts as motion if its variance, or the step of the mean to the next
+    window, is far outside the range of quiet windows. Neighbouring windows are merged, also across
+    pauses under 5 s.
 
-    Rotation at a constant rate looks like a bias and is seen only at its beginning and end. Motion
-    without a pause is seen if its period exceeds some 4 s, and it changes by more than some 25
-    standard deviations of the noise from one second to the next; otherwise it looks like noise.
-    Strong vibration counts as motion, and so do outliers: see `hampel`.
+    Rotation at a constant rate looks like a bias and is detected only at its beginning and end.
+    Motion without a pause is detected if its period exceeds some 4 s and its second means change by
+    more than some 25 standard deviations of the noise; otherwise it looks like noise. Strong
+    vibration counts as motion, and so do outliers: see `hampel`.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Gyro output of one axis in any unit, at rest for a quarter of the time at least; samples
-        not finite are missing.
+        Gyro output of one axis in any unit, at rest for at least a quarter of the time; samples
+        that are not finite count as missing.
     rate : float
         Samples per second, Hz; by default that of a `Log`. Below 10 Hz a window has 10 samples.
 
     Returns
     -------
     tuple of Span
-        Spans in order, in seconds; empty for a sensor at rest, and for a record that is not
-        sufficient: of under 20 windows or without any noise.
+        Spans in order, in seconds; empty for a sensor at rest, and for a record with under 20
+        windows or without noise.
 
     Raises
     ------
     TypeError
         If `z` does not hold real numbers.
     ValueError
-        If `z` is not one axis with a sample, or the rate not positive and finite.
+        If `z` is not one axis with at least one sample, or the rate is not positive and finite.
 
     Examples
     --------
@@ -134,8 +134,8 @@ def moving_spans(z: npt.ArrayLike, rate: float | None = None) -> tuple[Span, ...
 def largest_step(z: Floats, rate: float) -> Step:
     """Return the largest change from one second's mean to the next.
 
-    Drift is slow and noise is Gaussian, so the changes of a sensor at rest are about equal; those
-    of one that is moved now and then are not. Motion that goes on without a pause is not found.
+    Drift is slow and noise is Gaussian, so the changes of a sensor at rest are about equal. The
+    changes of a sensor that moves at times are not. Motion without a pause is not found.
 
     Parameters
     ----------
@@ -147,7 +147,8 @@ def largest_step(z: Floats, rate: float) -> Step:
     Returns
     -------
     Step
-        Its size is 0 where the record is shorter than 20 s or so coarse that most means are equal.
+        The step. Its size is 0 if the record is shorter than 20 s or so coarse that most means are
+        equal.
     """
     return _SecondMeans.of(z, rate).largest
 
@@ -157,8 +158,8 @@ def find_doubts(
 ) -> tuple[Doubt, ...]:
     """Return the reasons for doubt in noise coefficients of each axis of a sensor.
 
-    One that was moved now and then is known by `largest_step`, one in motion all the time by how
-    much its second means change, where the unit is known. Where most axes moved, all did.
+    Occasional motion is detected by `largest_step`; permanent motion by the changes of the second
+    means, if the unit is known. If most axes moved, all axes count as moved.
 
     Parameters
     ----------
@@ -167,14 +168,14 @@ def find_doubts(
     rate : float
         Samples per second, Hz.
     unit : str
-        Of the samples, as `zerorate.noise.quantities` has it.
+        Unit of the samples, as in `zerorate.noise.quantities`.
     names : sequence of str
-        One name an axis; "" for none.
+        One name per axis; "" for none.
 
     Returns
     -------
     tuple of Doubt
-        One an axis; its `why` is empty without a doubt.
+        One doubt per axis; its `why` is empty if there is no doubt.
     """
     factor, quantity = si_unit(unit)
     max_change = _MAX_MEAN_CHANGE.get(quantity, math.inf) / factor
@@ -193,7 +194,7 @@ def find_doubts(
 
 
 class Doubt(NamedTuple):
-    """Reason for doubt in the noise of an axis, and True if that is motion."""
+    """Reason for doubt in the noise of an axis, and True if the reason is motion."""
 
     why: str = ""
     moved: bool = False

@@ -1,9 +1,9 @@
 """Generalised autocovariances (Greenhall and Riley 2003) and strengths of the noise processes.
 
-The phase x (the sum of the rate) of a noise has no autocovariance if it wanders, but differences
-of it have one, and all of them follow from one even function s(k): the covariance of two sums of
-phases with weights that add up to zero is the sum of products of weights times s. Polynomials in
-k² of a degree that the differences remove may be left out of s. The sample is the unit of time.
+The phase x (the sum of the rate) of a random walk has no autocovariance, but its differences have
+one. All of these follow from one even function s(k): the covariance of two sums of phases with
+weights that add up to zero is the sum of products of weights times s. Polynomials in k² of a degree
+that the differences remove may be left out of s. The sample is the unit of time.
 """
 
 import math
@@ -150,7 +150,7 @@ _RATE_POWER: Final = {
 
 
 def strength(term: str, rate: float) -> float:
-    """Return the variance, with the sample as unit of time, of a term whose coefficient is 1."""
+    """Return the variance of a term with coefficient 1, with the sample as unit of time."""
     return math.pow(rate, _RATE_POWER[term])
 
 
@@ -166,7 +166,7 @@ def check_terms(terms: Sequence[str]) -> tuple[str, ...]:
 
 
 def check_times(markov: Sequence[float] | int) -> tuple[float, ...] | int:
-    """Return a number of Markov terms, or their times; ValueError if one means nothing."""
+    """Return a number of Markov terms, or their times; ValueError if they are not valid."""
     if isinstance(markov, int | np.integer):
         if markov < 0:
             raise ArgumentError("markov", f"must not be a negative number of terms, got {markov}")
@@ -178,7 +178,7 @@ def check_times(markov: Sequence[float] | int) -> tuple[float, ...] | int:
 
 
 def check_frequencies(sinusoid: Sequence[float], rate: float) -> tuple[float, ...]:
-    """Return the frequencies; ValueError unless they lie between zero and half the rate."""
+    """Return the frequencies; ValueError unless all are between zero and half the rate."""
     frequencies = tuple(float(frequency) for frequency in sinusoid)
     if not all(0.0 < frequency < rate / 2.0 for frequency in frequencies):
         raise ArgumentError(
@@ -189,12 +189,12 @@ def check_frequencies(sinusoid: Sequence[float], rate: float) -> tuple[float, ..
 
 
 def ramp_variance(kind: Kind, m: Floats) -> Floats:
-    """Return the squared deviation of a rate that grows by 1 a sample."""
+    """Return the squared deviation of a rate that grows by 1 per sample."""
     return m**2 / 2.0 if kind.order == 2 else np.zeros_like(m)
 
 
 def sinusoid_variance(kind: Kind, m: Floats, frequency: float) -> Floats:
-    """Return the squared deviation of a sine of amplitude 1 at so many cycles a sample."""
+    """Return the squared deviation of a sine of amplitude 1, given its cycles per sample."""
     half = math.pi * frequency
     response = np.abs(2.0 * np.sin(half * m)) ** kind.order / (m * 2.0 * math.sin(half))
     if kind.modified:

@@ -1,4 +1,4 @@
-"""Names and units of the noise coefficients, of records, and of the curves that are shown."""
+"""Names and units of noise coefficients, records and displayed curves."""
 
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
@@ -36,7 +36,7 @@ _DISPLAY_UNITS: Final = {
 
 
 class Term(NamedTuple):
-    """A coefficient of the model: its field, its name, its SI unit and the one it is shown in."""
+    """A coefficient of the model: field, name, SI unit and display unit."""
 
     field: str
     name: str
@@ -45,7 +45,7 @@ class Term(NamedTuple):
 
     @property
     def factor(self) -> float:
-        """Factor from the unit of a coefficient to the unit it is shown in."""
+        """Factor from the unit of a coefficient to its display unit."""
         return 1.0 if self.unit == self.shown else convert(1.0, self.unit, self.shown)
 
 
@@ -75,7 +75,7 @@ TERMS: Final[dict[Quantity, tuple[Term, ...]]] = {
 
 
 class DisplayUnit(NamedTuple):
-    """A unit, and the factor of a deviation into it."""
+    """A unit, and the factor that converts a deviation to it."""
 
     unit: str
     factor: float
@@ -87,7 +87,7 @@ def term_of(quantity: Quantity, field: str) -> Term:
 
 
 def check_unit(unit: str | None) -> str:
-    """Return a unit that records may be in, or the word for an unknown one."""
+    """Return a valid unit of records, or the word for an unknown unit."""
     if unit is None or unit == UNKNOWN:
         return UNKNOWN
     _find_quantity(unit)
@@ -95,7 +95,7 @@ def check_unit(unit: str | None) -> str:
 
 
 def si_unit(unit: str) -> tuple[float, Quantity]:
-    """Return the factor from a unit to SI, 1 if it is unknown, and the quantity it measures."""
+    """Return the factor from a unit to SI (1 if unknown) and the quantity of the unit."""
     if unit == UNKNOWN:
         return 1.0, "unknown"
     quantity, si = _find_quantity(unit)
@@ -114,11 +114,11 @@ def _find_quantity(unit: str) -> tuple[Quantity, str]:
 
 
 def choose_display_unit(*curves: "AllanResult | DynamicAllan") -> DisplayUnit:
-    """Return the data-sheet unit in which curves of one unit and kind, all axes of them, read well.
+    """Return the data-sheet unit for displaying all axes of curves of one unit and kind.
 
-    Angular rates in deg/h, in deg/s where none is below 1000 deg/h; accelerations in ug, in
-    m/s^2 where none is below 0.1 g. Time deviations, and records of unknown unit, stay as they
-    are.
+    Angular rates are shown in deg/h, or in deg/s if none is below 1000 deg/h. Accelerations are
+    shown in ug, or in m/s^2 if none is below 0.1 g. Time deviations, and records of unknown unit,
+    are not converted.
     """
     own, time = curves[0].unit, KINDS[curves[0].kind].time
     if own == UNKNOWN or time:

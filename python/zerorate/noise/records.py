@@ -1,4 +1,4 @@
-"""Records as a caller gives them: checks, gaps, size and resolution."""
+"""Records from a caller: checks, gaps, size and resolution."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ _GLANCE_SAMPLES: Final = 1000
 
 
 def as_record(z: npt.ArrayLike, min_samples: int = 1, purpose: str = "this") -> Floats:
-    """Return one axis as contiguous float64, NaN where missing, once it can be worked on.
+    """Return one axis as contiguous float64, NaN where missing, after checking it.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Samples; those that are not finite or masked are missing.
+        Samples; values that are masked or not finite count as missing.
     min_samples : int
-        How many samples must be there.
+        Smallest number of present samples.
     purpose : str
-        What needs them, for the message.
+        Purpose of the samples, for the message.
 
     Raises
     ------
     TypeError
         If `z` does not hold real numbers.
     ValueError
-        If `z` is not one axis, has too few samples, or only equal ones.
+        If `z` is not one axis, has too few samples, or all are equal.
     """
     record = np.ascontiguousarray(floats(z, "z"))
     if record.ndim != 1:
@@ -68,7 +68,7 @@ def is_constant(record: npt.NDArray[Any], value: float) -> bool:
 
 
 def power_of_two(values: Floats) -> float:
-    """Return the power of two at or below the largest size: dividing by it rounds nothing."""
+    """Return the power of two at or below the largest size; division by it is exact."""
     largest = float(np.max(np.abs(values)))
     return math.ldexp(1.0, math.frexp(largest)[1] - 1)
 
@@ -90,16 +90,17 @@ def check_width(width: int, name: str = "width") -> int:
 
 
 def mark_gaps(record: Floats) -> Floats:
-    """Return the record with NaN for all that is not finite; itself if nothing is."""
+    """Return the record with NaN for values that are not finite; unchanged if all are."""
     finite = np.isfinite(record)
     return record if finite.all() else np.where(finite, record, np.nan)
 
 
 def centre_record(record: Floats) -> Floats:
-    """Return the samples that are there less their mean, at most about 1 in size.
+    """Return the present samples minus their mean, scaled to a size of about 1 at most.
 
-    For what does not depend on the unit. The mean is found about one of the samples, so that an
-    offset costs no precision, and the unit is a power of two, so that it rounds nothing.
+    Use it for results that do not depend on the unit. The mean is computed relative to one of the
+    samples, so that an offset costs no precision. The scale is a power of two, so that it rounds
+    nothing.
     """
     finite = np.isfinite(record)
     present = record if finite.all() else record[finite]
@@ -121,9 +122,9 @@ def size_of(values: Floats) -> float:
 
 
 def resolution(record: Floats) -> float:
-    """Return the least difference between a sample and the next that is not 0, or 0 if all are.
+    """Return the smallest non-zero difference between successive samples, 0 if there is none.
 
-    For a coarse record it is the step of quantisation; otherwise it is next to nothing.
+    For a coarse record this is the step of quantisation; otherwise it is nearly zero.
     """
     steps = np.abs(np.diff(record))
     steps = steps[steps > 0.0]

@@ -17,7 +17,7 @@ _CUBE_CORNER: Final = 0.2622
 
 
 class Shape(NamedTuple):
-    """A family of filters: squared magnitude at points for numbers p, where to begin, and names."""
+    """A family of filters: squared magnitude for parameters p, start values, and names."""
 
     name: str
     response: Callable[[Floats, Floats], Floats]
@@ -41,7 +41,7 @@ def _exponential(f: Floats, p: Floats) -> Floats:
 
 
 def butterworth(order: float) -> Callable[[Floats, Floats], Floats]:
-    """Return the squared magnitude of a digital Butterworth filter by f and [ln f_c]."""
+    """Return the squared magnitude of a digital Butterworth filter at f, for [ln f_c]."""
     return lambda f, p: 1.0 / (1.0 + _tangent_ratio(f, _inside(p[0])) ** (2.0 * order))
 
 
@@ -111,7 +111,7 @@ def _cube_starts(lowest: float) -> Sequence[Sequence[float]]:
 
 
 def own_corner(p: Floats) -> float:
-    """Return the corner of a shape whose first number is its logarithm."""
+    """Return the corner of a shape whose first parameter is the corner's logarithm."""
     return math.exp(p[0])
 
 

@@ -56,9 +56,9 @@ class AllanResult(Result):
         Noise type: alpha of the density of the rate, proportional to f^alpha. 2 quantisation,
         0 white (angle random walk), -1 flicker (bias instability), -2 rate random walk.
     term_count : ndarray of int, by axis
-        Terms that each deviation is the mean of.
+        Number of terms in the mean of each deviation.
     factors : ndarray of int, shape (t,)
-        Averaging times in samples (for Thêo1: over 0.75).
+        Averaging times in samples (for Thêo1: divided by 0.75).
     rate : float
         Samples per second, Hz.
     n : int
@@ -66,14 +66,14 @@ class AllanResult(Result):
     unit : str
         Unit of the record; ``"unit"`` where it is not known.
     names : tuple of str
-        One name an axis.
+        One name per axis.
     confidence : float
         Probability that the true deviation lies between the bounds.
     notes : tuple of str
-        Changes to the input, and warnings, a sentence each.
+        Changes to the input, and warnings, one sentence each.
     doubts : tuple of Doubt
-        Reasons not to trust the noise of each axis, if the sensor moved or the record is under 21
-        s: exports refuse it.
+        Reasons not to trust the noise of each axis: the sensor moved, or the record is under 21 s.
+        Exports then raise an error.
 
     Examples
     --------
@@ -118,7 +118,7 @@ class AllanResult(Result):
 
     @property
     def axes(self) -> tuple[AllanResult, ...]:
-        """Every axis as a result of its own, with arrays of shape (t,)."""
+        """Every axis as a separate result, with arrays of shape (t,)."""
         return tuple(self.axis(i) for i in range(len(self.names)))
 
     def axis(self, which: int | str) -> AllanResult:
@@ -146,33 +146,33 @@ class AllanResult(Result):
         markov: Sequence[float] | int = 0,
         sinusoid: Sequence[float] = (),
     ) -> FittedModel | tuple[FittedModel, ...]:
-        """Find the noise coefficients.
+        """Estimate the noise coefficients.
 
         Parameters
         ----------
         method : {"curve", "polynomial"}
-            "curve": non-negative least squares. The noise that it finds tells it the variances and
-            covariances of the deviations. "polynomial": sigma^2 = sum of A_n tau^n, n from -2 to 2,
-            as much of the literature has it, for comparison.
+            "curve": non-negative least squares; the variances and covariances of the deviations
+            follow from the estimated noise. "polynomial": sigma^2 = sum of A_n tau^n, n from -2 to
+            2, for comparison with the literature.
         terms : sequence of str
-            Coefficients to look for; all five by default. A Hadamard kind sees no ramp.
+            Coefficients to estimate; all five by default. A Hadamard kind sees no ramp.
         markov : int or sequence of float
-            How many Markov terms to find, or their correlation times in s.
+            Number of Markov terms to find, or their correlation times in s.
         sinusoid : sequence of float
-            Frequencies, in Hz, of sines to find the amplitudes of.
+            Frequencies, in Hz, of sines whose amplitudes are estimated.
 
         Returns
         -------
         FittedModel, or a tuple of one an axis
             A `NoiseModel` in SI units, or in the unit of the samples if that unit is not known.
             Each coefficient has a standard error, a flag if the record determines it, and an upper
-            bound at 95 %. One that was not looked for is unknown.
+            bound at 95 %. Coefficients that are not in `terms` are unknown.
 
         Raises
         ------
         ValueError
-            If the record is constant, has too few averaging times, this kind of deviation has
-            no model, or an argument is not as described.
+            If the record is constant or has too few averaging times, this kind of deviation has no
+            model, or an argument is not as described.
 
         Notes
         -----
@@ -209,14 +209,14 @@ class AllanResult(Result):
         return replace(model, doubt=doubt)
 
     def fit_behind(self, filtered: Filtered, markov: int = 0) -> FittedModel:
-        """Find the noise coefficients of one axis whose samples a filter has passed.
+        """Estimate the noise coefficients of one axis with filtered samples.
 
         Parameters
         ----------
         filtered : Filtered
-            The filter, which the spectrum of the same record shows.
+            The filter, from the spectrum of the same record.
         markov : int
-            How many Markov terms to find.
+            Number of Markov terms to find.
         """
         factor, quantity = si_unit(self.unit)
         self._check_fit()
@@ -238,18 +238,18 @@ class AllanResult(Result):
         )
 
     def plot(self, models: Sequence[FittedModel] | FittedModel | None = None) -> Figure:
-        """Return a figure of the curves, their bounds, and models where they are given.
+        """Return a figure of the curves, their bounds, and models if given.
 
         Raises
         ------
         ImportError
-            Without matplotlib, of the extra ``plot``.
+            If matplotlib (extra ``plot``) is not installed.
         """
         return figure_of(self, models)
 
     @property
     def rate_deviation(self) -> Floats:
-        """Deviation of the rate, by axis: a time deviation is tau / sqrt(3) times one."""
+        """Deviation of the rate, by axis; a time deviation is divided by tau / sqrt(3)."""
         if not KINDS[self.kind].time:
             return self.deviation
         rates: Floats = (self.deviation.T * np.sqrt(3.0) / self.taus).T

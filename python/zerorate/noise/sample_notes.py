@@ -11,7 +11,7 @@ from zerorate.types import Floats
 
 
 def describe_steps(record: Floats, rate: float, unit: str) -> str:
-    """Return the sentence on the steps of a record of one axis, empty where they do not matter."""
+    """Return the sentence on the steps of one axis, empty if they do not matter."""
     coarse = find_coarse(record, rate)
     if coarse is not None:
         return describe_coarse(coarse, rate, unit)

@@ -50,13 +50,13 @@ class Spectrum:
     Parameters
     ----------
     bands : Bands
-        Where they lie.
+        The bands.
     density : ndarray
-        Two-sided, of the record divided by `scale`, with the sample as unit of time.
+        Two-sided density of the record divided by `scale`, with the sample as unit of time.
     scale : float
-        Keeps squares in range, whatever the unit.
+        Scale that keeps squares within floating-point range.
     record : ndarray
-        Samples that the densities are of, not scaled.
+        Samples of the densities, not scaled.
     """
 
     bands: Bands
@@ -79,7 +79,7 @@ class Spectrum:
         return cls(bands, bands.density(record / scale), scale, record)
 
     def narrow(self) -> NarrowBands:
-        """Return the densities of narrower bands: a low-pass lies in the top octaves."""
+        """Return the densities of narrower bands, because a low-pass affects the top octaves."""
         bands = Bands.of(self.bands.n, narrow=True)
         width = np.diff(bands.edges)[:, None]
         lines = bands.lines[0] + bands.edges[:-1, None] - 0.5 + width * _POINTS_OF_BAND
@@ -103,7 +103,7 @@ class Bands:
     @classmethod
     @lru_cache(maxsize=4)
     def of(cls, n: int, narrow: bool = False) -> Bands:
-        """Return the bands of n samples, the same ones each time: axes share them."""
+        """Return the bands of n samples; they are cached, because axes share them."""
         return cls(n, narrow)
 
     def density(self, record: Floats) -> Floats:
@@ -192,24 +192,24 @@ def whittle(
 ) -> FittedModel:
     """Estimate noise coefficients by the likelihood of a record's spectrum.
 
-    Made without any Allan deviation, so a second opinion on `AllanResult.fit`.
+    It uses no Allan deviation, so it is a second opinion on `AllanResult.fit`.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Rates. Samples that are not finite are missing; the longest stretch without them is used.
+        Rates. Samples that are not finite count as missing; the longest part without them is used.
     rate : float
         Samples per second, Hz; by default that of a `Log`.
     unit : str, optional
-        Unit of `z`, "deg/s" for instance; by default that of a `Log`. Without any the model is in
-        the unit of the samples, and cannot be converted or exported.
+        Unit of `z`, "deg/s" for instance; by default that of a `Log`. Without a unit the model is
+        in the unit of the samples, and cannot be converted or exported.
     terms : sequence of str
-        Coefficients to look for; all five by default.
+        Coefficients to estimate; all five by default.
 
     Returns
     -------
     FittedModel
-        As of `AllanResult.fit`.
+        The model, as from `AllanResult.fit`.
 
     Raises
     ------
@@ -221,8 +221,8 @@ def whittle(
     -----
     P. Whittle, "Estimation and information in stationary time series", Ark. Mat. 2, 1953. The
     spectrum is averaged over five sine tapers (K. S. Riedel, A. Sidorenko, IEEE Trans. Signal
-    Process. 43(1), 1995), which keep a random walk from leaking, and over narrow bands; each band
-    is gamma distributed about the model.
+    Process. 43(1), 1995), which suppress the leakage of a random walk, and over narrow bands. Each
+    band is gamma distributed about the model.
 
     Examples
     --------
@@ -243,7 +243,7 @@ def whittle(
 def fit_spectrum(
     spectrum: Spectrum, rate: float, unit: str, terms: Sequence[str] = TERMS
 ) -> FittedModel:
-    """Estimate noise coefficients, as `whittle` does, from a spectrum that is there already."""
+    """Estimate noise coefficients from a computed spectrum, as `whittle` does."""
     wanted, bands = check_terms(terms), spectrum.bands
     factor, quantity = si_unit(unit)
     filtered = find_low_pass(spectrum, rate) if wanted == TERMS else None
@@ -258,7 +258,7 @@ def fit_spectrum(
 
 
 def filtered_model(filtered: Filtered, rate: float, unit: tuple[float, Quantity]) -> FittedModel:
-    """Return the model of noise behind a filter; `unit`, in SI, and its quantity are the data's."""
+    """Return the model of noise behind a filter; `unit` is the data's SI unit and quantity."""
     squares = {
         "angle_random_walk": filtered.white,
         "bias_instability": filtered.flicker,
@@ -283,7 +283,7 @@ def filtered_model(filtered: Filtered, rate: float, unit: tuple[float, Quantity]
 
 @lru_cache(maxsize=8)
 def find_low_pass(spectrum: Spectrum, rate: float) -> Filtered | None:
-    """Return the noise behind a low-pass, None where a model without one holds."""
+    """Return the noise behind a low-pass, None if a model without one is sufficient."""
     bands = spectrum.bands
     basis = _basis(bands, TERMS)
     start = spectrum.density**2 / bands.counts

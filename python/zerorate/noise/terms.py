@@ -1,4 +1,4 @@
-"""Allan and Hadamard deviation of each noise term, and the terms that have a time scale."""
+"""Allan and Hadamard deviation of each noise term, and the terms with a time scale."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ class Markov:
     amplitude : float
         q_c in rad/s^2/sqrt(Hz): the white noise that drives it. Its variance is q_c^2 T_c / 2.
     time : float
-        T_c in s, the correlation time, positive. Well within it the noise is a random walk with
-        K = q_c, well beyond it white with N = q_c T_c.
+        T_c in s, the correlation time, positive. For times well below T_c the noise is a random
+        walk with K = q_c, well above it is white with N = q_c T_c.
 
     Raises
     ------
@@ -83,7 +83,7 @@ class Sinusoid:
 
 @dataclass(frozen=True)
 class Statistic:
-    """The weights of the terms in a deviation: its square is their sum, each at tau = 1 s.
+    """Weights of the terms in a deviation at tau = 1 s; the squared deviation is their sum.
 
     Both are differences, of order 2 or 3, of the angle at steps of tau.
     """
