@@ -39,23 +39,23 @@ class Alignment(Result):
     Parameters
     ----------
     time : float
-        End of the rest, s: the filter begins there.
+        End of the rest, s; the filter begins at this time.
     quaternion : ndarray, shape (4,)
         Quaternion w, x, y, z from the body's axes to north, east, down.
     latitude : float
         deg.
     heading_known : bool
-        True if the heading was given; else the attitude has heading zero.
+        True if the heading was given; otherwise the attitude has heading zero.
     course : bool
-        True if the course may serve as the heading.
+        True if the filter may use the course as heading.
     gyro_bias, accel_bias : ndarray, shape (3,)
         rad/s and m/s^2.
     level_sigma, heading_sigma : float
         Standard deviations of roll and pitch and of the heading, rad.
     gyro_bias_sigma, accel_bias_sigma : float
-        Standard deviations of the biases of an axis, rad/s and m/s^2.
+        Standard deviations of each axis' biases, rad/s and m/s^2.
     notes : tuple of str
-        Sentences on its origin.
+        Sentences on the origin of the alignment.
 
     Examples
     --------
@@ -89,42 +89,43 @@ def align(
     heading_sigma: float = math.radians(3.0),
     accel_bias_sigma: float = 0.05,
 ) -> Alignment:
-    """Find roll, pitch and the gyro's bias of a vehicle at rest.
+    """Find roll, pitch and gyro bias of a vehicle at rest.
 
     Parameters
     ----------
     imu : Recording
-        With a gyro and an accelerometer, axes forward, right, down (`body_axes` turns them).
+        Recording with a gyro and an accelerometer, axes forward, right, down (`body_axes` rotates
+        them).
     latitude : float
-        deg, within 89.5.
+        Latitude, deg, within 89.5.
     heading : float or "course", optional
-        rad, from north over east. "course": the direction of the first motion, above 1 m/s and ten
-        standard deviations of its velocity; right for vehicles that move forward. By default it is
-        not known, and then a filter that is not for a wheeled vehicle waits for ever.
+        Heading, rad, from north over east. "course": the direction of the first motion faster than
+        1 m/s and than ten standard deviations of the velocity; for vehicles that move forward. By
+        default the heading is not known; only a filter for a wheeled vehicle can then begin.
     span : tuple of float, optional
-        Start and end of the rest, s, at least one second apart; by default the first rest of
-        10 s that is found, or half of it if the recording ends with it.
+        Start and end of the rest, s, at least one second apart; by default the first rest of 10 s,
+        or half of it if the recording ends with it.
     heading_sigma : float
-        Standard deviation of a heading that is given, rad.
+        Standard deviation of a given heading, rad.
     accel_bias_sigma : float
-        Standard deviation of the accelerometer's bias, an axis, m/s^2; roll and pitch err by this
-        over gravity.
+        Standard deviation of the accelerometer's bias on each axis, m/s^2. Divided by gravity it is
+        the standard deviation of roll and pitch.
 
     Raises
     ------
     LogError
-        If the recording has no such sensors, no rest is found, the span has too few samples, or the
-        force in it is not that of gravity.
+        If a sensor is missing, no rest is found, the span has too few samples, or the force in it
+        is not gravity.
     ValueError
         If an argument is out of range.
 
     Notes
     -----
     Roll is ``atan2(-f_y, -f_z)``, pitch ``atan2(f_x, sqrt(f_y^2 + f_z^2))`` of the mean force f.
-    The bias of the gyro is its mean less the rate of the earth; without a heading only the vertical
-    part of that rate is known, and the standard deviation includes the rest. A rest that is found
-    ends where means of a second leave their median: a vehicle that moves off gently does not vary
-    more than a noisy sensor. A given span is used without a check.
+    The bias of the gyro is its mean minus the earth's rate. Without a heading only the vertical
+    part of this rate is known; the standard deviation includes the horizontal part. The search ends
+    a rest where second means leave their median, because a gentle start has no more variance than a
+    noisy sensor. A given span is used without a check.
 
     Examples
     --------
@@ -261,7 +262,7 @@ def _check_force(force: Floats, first: float, last: float) -> None:
 
 
 def level_attitude(force: Floats, yaw: float) -> Floats:
-    """Return the orientation, w, x, y, z, of a body that rests on such a force."""
+    """Return the orientation, w, x, y, z, of a body at rest with this mean force."""
     fx, fy, fz = (float(x) for x in force)
     roll, pitch = math.atan2(-fy, -fz), math.atan2(fx, math.hypot(fy, fz))
     return from_euler_angles(roll, pitch, yaw)

@@ -1,4 +1,4 @@
-"""Axes of the sensors, by the force when a vehicle speeds up, brakes, turns."""
+"""Axes of the sensors, from the force when a vehicle speeds up, brakes and turns."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ _MIN_CORRELATION: Final = 0.6
 
 @dataclass(frozen=True, eq=False)
 class Axes:
-    """Axes of a sensor, by forces.
+    """Axes of a sensor, estimated from forces.
 
     Parameters
     ----------
     body_from_sensor : ndarray, shape (3, 3)
-        Rotation from its axes to forward, right, down, as if they were right-handed.
+        Rotation from the sensor's axes to forward, right, down, as if they were right-handed.
     yaw : float
-        Angle of forward from its x axis about down, rad.
+        Angle about down from the sensor's x axis to forward, rad.
     yaw_sigma : float
-        Its standard deviation, rad.
+        Standard deviation of this angle, rad.
     skew : float
-        Angle between the right axis and its proper direction, rad; about pi in mirrored axes.
+        Angle between the right axis and its expected direction, rad; about pi for mirrored axes.
     skew_sigma : float
         Its standard deviation, rad.
     certain : bool
-        True if the axes may be used without a request.
+        True if the axes are certain enough to be used automatically.
 
     Examples
     --------
@@ -60,7 +60,7 @@ class Axes:
 
     @property
     def handedness(self) -> str:
-        """Handedness: "right", "left", or "" where it is not known."""
+        """Handedness: "right", "left", or "" if it is not known."""
         size, sigma = abs(self.skew), self.skew_sigma
         if sigma > math.radians(30.0):
             return ""
@@ -70,7 +70,7 @@ class Axes:
 
     @property
     def turn(self) -> float:
-        """Angle of the whole rotation, rad."""
+        """Angle of the full rotation, rad."""
         return math.acos(min(1.0, max(-1.0, 0.5 * (float(np.trace(self.body_from_sensor)) - 1.0))))
 
 
@@ -91,13 +91,14 @@ class _ForceSamples:
 
 
 def find_axes(means: Means, windows: Windows, lag: float) -> Axes | None:
-    """Estimate the axes of a sensor by forces, None if there is next to no motion.
+    """Estimate the axes of a sensor from forces; None if there is almost no motion.
 
     Notes
     -----
-    One regression of the mean force over a second on 1, the acceleration along the course with the
-    slope of the way, and that across: its coefficients are up, forward and right in the sensor's
-    axes. Deviations are by leaving out blocks of ten seconds.
+    The mean force over a second is fitted by three regressors: 1, the acceleration along the course
+    including the slope of the road, and the acceleration across the course. Their coefficients are
+    up, forward and right in the sensor's axes. Standard deviations come from leaving out blocks of
+    ten seconds.
     """
     rows = _pair_forces(means, windows, lag)
     if len(rows.force) < _MIN_WINDOWS:

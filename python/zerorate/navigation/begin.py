@@ -1,6 +1,6 @@
-"""The beginning of a navigation: axes, clock, antenna, start and noise where nothing states them.
+"""The beginning of a navigation: axes, clock, antenna, start and noise, unless stated.
 
-The task, the report and the outages begin here, so that all of them navigate in the same way.
+The task, the report and the outages all begin here, so they navigate in the same way.
 """
 
 from __future__ import annotations
@@ -58,24 +58,24 @@ _MIN_OFFSET_S: Final = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Vehicle:
-    """Mounting of a vehicle's sensors as stated by a person or by the recording's metadata.
+    """Mounting of a vehicle's sensors as stated by arguments or by the recording's metadata.
 
     Attributes
     ----------
     matrix : ndarray, shape (3, 3), or None
-        Rotation from the sensors' axes to forward, right, down; None where nothing states it.
+        Rotation from the sensors' axes to forward, right, down; None if nothing states it.
     axes_are_body : bool
-        The axes of the sensors are said to be those of the body.
+        True if the sensors' axes are stated to be the body's axes.
     antenna : ndarray, shape (3,)
-        From the sensors to the antenna, m; zero where nothing states it.
+        Vector from the sensors to the antenna, m; zero if nothing states it.
     antenna_sigma : float
-        Its standard deviation, m.
+        Standard deviation of `antenna`, m.
     time_offset : float or TimeOffset
-        To be added to the times of fixes, s; zero where nothing states it.
+        Offset to add to the times of fixes, s; zero if nothing states it.
     offset_source : {"argument", "metadata", ""}
-        Who states it.
+        Source of `time_offset`.
     note : str
-        A sentence on what the metadata state.
+        A sentence on the values from the metadata.
     """
 
     matrix: Floats | None
@@ -94,7 +94,7 @@ class Vehicle:
         antenna: npt.ArrayLike | None,
         time_offset: Offset,
     ) -> Self:
-        """Return the mounting by arguments, and by metadata where arguments state nothing."""
+        """Return the mounting from the arguments, and from metadata for missing arguments."""
         stated = recording.mounting or Mounting()
         automatic = isinstance(mount, str) and mount == "auto"
         matrix = stated.body_from_sensor if automatic else _check_mount(mount)
@@ -136,7 +136,7 @@ class Vehicle:
         )
 
     def mistakes(self, checks: NavigationChecks) -> tuple[NavigationFinding, ...]:
-        """Return the mistakes, without axes that `find_beginning` turns as the motion shows."""
+        """Return the mistakes, except axes that `find_beginning` corrects from the motion."""
         has_mount = self.estimate_mount(checks) is not None
         return tuple(
             finding for finding in checks.mistakes if finding.what != "mount" or not has_mount
@@ -150,25 +150,26 @@ class Beginning:
     Attributes
     ----------
     recording : Recording
-        In the axes of the body: forward, right, down.
+        Recording in the axes of the body: forward, right, down.
     start : Alignment
-        For `zerorate.NavigationFilter`.
+        Start for `zerorate.NavigationFilter`.
     time_offset : float or TimeOffset
-        To be added to the times of the fixes, s.
+        Offset to add to the times of the fixes, s.
     clock : TimeOffset or None
-        The offset with which sensors and fixes fit best; None where it is not identifiable.
+        Offset with the best fit of sensors and fixes; None if it is not identifiable.
     antenna : ndarray, shape (3,)
-        From the sensors to the antenna, m.
+        Vector from the sensors to the antenna, m.
     antenna_sigma : ndarray, shape (3,)
-        Its standard deviations, m.
+        Standard deviations of `antenna`, m.
     consider_antenna : bool
-        True if it was found with the clock: the filter counts its deviation, but leaves it there.
+        True if the antenna was found with the clock: the filter includes its standard deviation,
+        but does not estimate it.
     checks : NavigationChecks
-        What sensors and fixes say of each other.
+        Checks of sensors and fixes against each other.
     noise : FoundNoise or None
-        Process noise by coasting; None where it was not searched.
+        Process noise from coasting; None if it was not searched.
     alarms, notes : tuple of str
-        What contradicts the recording, and what was found or assumed.
+        Contradictions in the recording, and sentences on estimates and assumptions.
 
     Examples
     --------
@@ -214,34 +215,34 @@ def find_beginning(
     alarms: list[str] | None = None,
     **options: Any,  # noqa: ANN401
 ) -> Beginning:
-    """Find axes, clock, start and noise of a navigation where nothing states them.
+    """Find axes, clock, start and noise of a navigation, unless they are stated.
 
     Parameters
     ----------
     recording : Recording
-        With a gyro and an accelerometer, in the axes of the sensors.
+        Recording with a gyro and an accelerometer, in the axes of the sensors.
     fixes : Fixes
-        Of the receiver.
+        Fixes of the receiver.
     mount : array_like, shape (3, 3), "auto" or "none"
-        Rotation from the sensors' axes to forward, right, down. "auto": as the recording's metadata
-        say, or else as the motion shows it. "none": the sensors' axes are the body's.
+        Rotation from the sensors' axes to forward, right, down. "auto": from the recording's
+        metadata, or else from the motion. "none": the sensors' axes are the body's.
     antenna : array_like, shape (3,), optional
-        From the sensors to the antenna, m forward, right, down. Default: as the metadata say, or at
-        the sensors, with a standard deviation of 1 m.
+        Vector from the sensors to the antenna, m forward, right, down. Default: from the metadata,
+        or else zero, with a standard deviation of 1 m.
     time_offset : float, TimeOffset or "auto"
-        Added to the times of the fixes, s. "auto": as sensors and fixes fit best.
+        Offset added to the times of the fixes, s. "auto": the best fit of sensors and fixes.
     heading : float or "course", optional
-        As of `find_start`, rad.
+        Heading, as in `find_start`, rad.
     rest : tuple of float, optional
-        When the vehicle stands at the start, s after the first sample. Default: found.
+        Start and end of the rest at the start, s after the first sample. Default: found.
     noise : {"auto", "stated"}
-        Process noise of the filter: by its coasting, of `find_noise`; or as options state it.
+        Process noise of the filter: from coasting errors, by `find_noise`; or from the options.
     checks : NavigationChecks, optional
-        Of a longer part of the recording, where that was checked before.
+        Earlier checks of a longer part of the recording.
     alarms : list of str, optional
-        Where alarms are added as soon as they are known, before a fault that may come of them.
+        List to which alarms are added as soon as they are known, before errors that may follow.
     **options
-        Of `zerorate.NavigationFilter`, with which clock, heading and noise are found.
+        Options of `zerorate.NavigationFilter` for the estimation of clock, heading and noise.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The offset of a receiver's clock from that of the sensors, by innovations."""
+"""The offset of a receiver's clock from the sensors' clock, from innovations."""
 
 from __future__ import annotations
 
@@ -89,24 +89,25 @@ def find_time_offset(
 ) -> TimeOffset:
     """Find the offset to add to the times of the fixes, and the antenna's position.
 
-    The offsets of positions and velocities, the rate of both, and the antenna's place, by which a
-    filter's innovations are the smallest, with their standard deviations.
+    The estimates, with standard deviations, are the offsets of positions and velocities, their
+    common rate, and the antenna's position. They minimise a filter's innovations.
 
     Parameters
     ----------
     imu : Recording
-        As ``NavigationFilter.process`` takes it, in the axes of the body.
+        Recording for ``NavigationFilter.process``, in the axes of the body.
     gnss : Fixes
-        Of the receiver, with velocities or without.
+        Fixes of the receiver, with or without velocities.
     start : Alignment
-        As of `NavigationFilter`.
+        As in `NavigationFilter`.
     time_offset : float
-        Where to search from, s; within 0.6 s. `check_navigation` finds one of any size to tenths.
+        Start value of the search, s, within 0.6 s of the result. `check_navigation` finds offsets
+        of any size to tenths of a second.
     **options
-        As of `NavigationFilter`, without ``adapt`` and ``gate``: here the receiver is trusted,
-        since errors that count as its noise would not show a clock. ``antenna_sigma`` is the prior
-        standard deviation of the antenna's position, m: by default 0.05 where ``antenna`` is given,
-        else 1.
+        As of `NavigationFilter`, without ``adapt`` and ``gate``: the receiver's errors must not
+        count as its noise, or they would not show a clock offset. ``antenna_sigma`` is the prior
+        standard deviation of the antenna's position, m: by default 0.05 if ``antenna`` is given,
+        otherwise 1.
 
     Raises
     ------
@@ -115,15 +116,16 @@ def find_time_offset(
 
     Notes
     -----
-    Gauss and Newton's steps on the normalised innovations, which count less beyond three robust
-    standard deviations, after the first 20 s. A clock and an antenna forward of the sensors are the
-    same at constant speed: what the record does not separate is filled by the prior
-    (0.3 s, 1e-3, 1 m), and the standard deviations grow. Slopes are those forward times those
-    backward, whose noise has nothing in common. A position or a velocity beyond six standard
-    deviations is left out if the next is not as large to the same side. Deviations are at least
-    those of innovations that are as large as the filter says, with a fifth of the time of a sample.
-    A rate is reported only if it exceeds three standard deviations. If innovations are twice their
-    expected size, the clock does not explain them and no offset is reported.
+    Gauss-Newton steps on the normalised innovations after the first 20 s; innovations beyond three
+    robust standard deviations have less weight. At constant speed a clock offset and an antenna
+    forward of the sensors have the same effect. If the record does not separate them, the prior
+    (0.3 s, 1e-3, 1 m) does, and the standard deviations grow. Forward slopes are multiplied by
+    backward slopes, because their noises are independent. A position or velocity beyond six
+    standard deviations is left out unless the next one has a similar error of the same sign.
+    Standard deviations have a lower bound: the value for innovations of the size that the filter
+    predicts, with a fifth of a sample interval. A rate is reported only if it exceeds three
+    standard deviations. If innovations are twice their expected size, the clock does not explain
+    them and no offset is reported.
 
     Examples
     --------

@@ -25,10 +25,9 @@ _MIN_BLOCKS: Final = 3
 
 @dataclass(frozen=True, eq=False)
 class Slopes:
-    """Derivatives of m innovations by k numbers, forward and backward, shape (m, 6, k).
+    """Derivatives of m innovations by k parameters, forward and backward, shape (m, 6, k).
 
-    A fix that moves carries the sensors' noise from one side to the other: the two have no noise in
-    common, so that their product is not too large.
+    The noises of forward and backward derivatives are independent, so their product has no bias.
     """
 
     forward: Floats
@@ -37,7 +36,7 @@ class Slopes:
 
 @dataclass(frozen=True, eq=False)
 class Weights:
-    """Huber's weights of normalised innovations, shape (m, 6), 0 where there is none."""
+    """Huber's weights of normalised innovations, shape (m, 6), 0 where an innovation is missing."""
 
     scalars: Floats
     weights: Floats
@@ -46,7 +45,7 @@ class Weights:
 
     @classmethod
     def of(cls, scalars: Floats, time: Floats) -> Weights:
-        """Return the weights of innovations of fixes at some times, s."""
+        """Return the weights of innovations, for fixes at these times, s."""
         size = np.abs(scalars)
         median = float(np.nanmedian(size**2)) if np.isfinite(size).any() else 0.0
         limit = _HUBER_LIMIT * max(1.0, math.sqrt(median / _CHI_SQUARED_MEDIAN))
@@ -63,7 +62,7 @@ class Weights:
 
 @dataclass(frozen=True, eq=False)
 class ClockEquations:
-    """Sums over blocks of ten seconds, in units of each number's prior sigma."""
+    """Sums over blocks of ten seconds, in units of each parameter's prior sigma."""
 
     weights: Weights
     free: Integers
@@ -80,7 +79,7 @@ class ClockEquations:
     def of(
         cls, weights: Weights, slopes: Slopes, free: Integers, sigma: Floats, away: Floats
     ) -> ClockEquations:
-        """Return the equations of the numbers that are `free`, of which `sigma` is known."""
+        """Return the equations of the `free` parameters, with the prior `sigma`."""
         unit = sigma[free]
         forward, backward = slopes.forward * unit, slopes.backward * unit
         known = np.isfinite((forward + backward).sum(axis=2))
@@ -96,7 +95,7 @@ class ClockEquations:
         return cls(weights, free, unit, away, normal, 0.5 * (product + product.T), right)
 
     def without_rate(self, rate: float) -> ClockEquations:
-        """Return the equations of the other numbers where there is no rate."""
+        """Return the equations of the other parameters, for a clock without rate."""
         here = self.free == RATE
         others = np.flatnonzero(~here)
         back = self.normal[:, here][others, 0] * (rate / self.unit[here][0]) if here.any() else 0.0
@@ -108,19 +107,19 @@ class ClockEquations:
         )  # fmt: skip
 
     def solve(self) -> Floats | None:
-        """Return the step by all blocks, shape (6,); None where nothing is known."""
+        """Return the step from all blocks, shape (6,); None if it is not determined."""
         if len(self.right) < _MIN_BLOCKS:
             return None
         return self._in_units(np.asarray(np.linalg.solve(self._prior + self.normal, self._total)))
 
     def remaining(self) -> Floats | None:
-        """Return the step by the curvature, which noise of the slopes does not shorten."""
+        """Return the step from the curvature, which the slopes' noise does not shorten."""
         if len(self.right) < _MIN_BLOCKS:
             return None
         return self._in_units(np.asarray(np.linalg.solve(self._information, self._total)))
 
     def sigmas(self) -> Floats | None:
-        """Return standard deviations: of unit innovations or by leaving out blocks, the larger."""
+        """Return standard deviations: the larger of unit-innovation and leave-block-out values."""
         n = len(self.right)
         if n < _MIN_BLOCKS:
             return None

@@ -1,4 +1,4 @@
-"""A start from the available data: a rest if the receiver stands, too, else in motion."""
+"""A start from the available data: at rest if the receiver also stands, otherwise in motion."""
 
 from __future__ import annotations
 
@@ -64,22 +64,22 @@ def find_start(
     Parameters
     ----------
     imu : Recording
-        With a gyro and an accelerometer, axes forward, right, down.
+        Recording with a gyro and an accelerometer, axes forward, right, down.
     gnss : Fixes
-        Of the receiver.
+        Fixes of the receiver.
     heading : float or "course", optional
-        At the start, rad from north over east; or "course": the direction in which the vehicle
-        moves first. By default it is found by a bank of filters, which needs no vehicle that moves
-        forward, only one that speeds up, brakes or turns.
+        Heading at the start, rad from north over east; or "course": the direction of the vehicle's
+        first motion. By default a bank of filters finds it. The vehicle need not move forward for
+        this, but must speed up, brake or turn.
     time_offset : float or TimeOffset
-        Added to the times of the fixes, s.
+        Offset added to the times of the fixes, s.
     **options
-        As of `NavigationFilter`, with which the bank runs.
+        Options of `NavigationFilter` for the bank of filters.
 
     Returns
     -------
     Alignment
-        For `NavigationFilter`; its ``notes`` say what it is from.
+        Start for `NavigationFilter`; its ``notes`` state its origin.
 
     Raises
     ------
@@ -88,15 +88,15 @@ def find_start(
 
     Notes
     -----
-    A rest is the longest stretch of 3 s or more before the receiver leaves its place in which means
-    of half a second stay within 0.85 deg/s and 0.26 m/s^2 over the three axes: its mean rate is the
-    bias, to 0.1 deg/s.
-    Without one the bias is assumed zero, to 0.5 deg/s. Roll and pitch are from the mean force of
-    the 5 s before, to 5 deg. The heading is that of the most likely filter, of eight round the
-    compass and one along the course, once its log likelihood exceeds those of other headings by 15.
-    There each fix has the standard deviation that a clock 0.2 s off causes it in addition to its
-    own. Without a rest, roll, pitch and heading are then corrected by an iterated smoother over the
-    first minute.
+    A rest is the longest stretch of at least 3 s, before the receiver moves, in which half-second
+    means stay within 0.85 deg/s and 0.26 m/s^2 over the three axes. Its mean rate is the bias, with
+    a standard deviation of 0.1 deg/s. Without a rest the bias is assumed zero, with a standard
+    deviation of 0.5 deg/s. Roll and pitch follow from the mean force of the 5 s before, with a
+    standard deviation of 5 deg. Eight filters with headings round the compass and one with the
+    course as heading run in parallel. The heading is taken from the most likely one, once its log
+    likelihood exceeds that of other headings by 15. In these filters each fix has an additional
+    standard deviation for a clock error of 0.2 s. Without a rest, roll, pitch and heading are then
+    corrected by an iterated smoother over the first minute.
 
     Examples
     --------
@@ -216,7 +216,7 @@ def _motion_starts(time: Floats, moving: Booleans) -> Iterator[float]:
 
 
 def begins_in_motion(start: Alignment) -> bool:
-    """Return True if a start had no rest for the bias of the gyro."""
+    """Return True if a start has no rest to find the gyro's bias."""
     return start.gyro_bias_sigma >= _GYRO_BIAS_SIGMAS_RAD_S[1]
 
 

@@ -62,24 +62,24 @@ _DOWN: Final = np.array(
 
 @dataclass(frozen=True, eq=False)
 class FoundNoise:
-    """Process noise by coasting, as `find_noise` returns it.
+    """Process noise from coasting, as `find_noise` returns it.
 
     Parameters
     ----------
     gyro, accel : NoiseModel, sequence of three NoiseModel, or None
-        For `zerorate.NavigationFilter`; None where the noise is kept and no model was given.
+        Models for `zerorate.NavigationFilter`; None if the noise is kept and no model was given.
     factors : tuple of float
-        Factors on the white noise of the gyro, on that of the accelerometer, and on the walks of
-        the biases: 1 where the noise is kept.
+        Factors on the gyro's white noise, on the accelerometer's white noise, and on the random
+        walks of the biases; 1 if the noise is kept.
     gain : float
-        Gain of the log likelihood of the coasting errors by these factors.
+        Increase in the coasting errors' log likelihood with these factors.
     block_count : int
         Number of positions and velocities compared.
     before, after : ndarray, shape (3,)
-        RMS of the horizontal position error over its standard deviation after coasting for 2, 5
-        and 10 s, with the noise as stated and as found; 1 is right, NaN is not known.
+        RMS of the horizontal position error over its standard deviation after coasting for 2, 5 and
+        10 s, with the stated noise and with the found noise; 1 is right, NaN is unknown.
     reason : str
-        Why the noise is kept; empty where it is not.
+        Reason why the noise is kept; empty if it is not.
 
     Examples
     --------
@@ -138,30 +138,30 @@ def find_noise(
     lower: bool | None = None,
     **options: Any,  # noqa: ANN401
 ) -> FoundNoise:
-    """Find the process noise for which a filter's coasting errors agree with its sigma.
+    """Find the process noise with which a filter's coasting errors agree with its sigma.
 
     Parameters
     ----------
     imu : Recording
         As ``NavigationFilter.process`` takes it, in the axes of the body.
     gnss : Fixes
-        Of the receiver.
+        Fixes of the receiver.
     start : Alignment
-        As of `NavigationFilter`.
+        As in `NavigationFilter`.
     time_offset : float or TimeOffset
-        Added to the times of the fixes, s. Find it first: a wrong clock looks like noise.
+        Offset added to the times of the fixes, s. Find it first: a wrong clock looks like noise.
     gyro, accel : NoiseModel or sequence of three, optional
-        Noise of the sensors where it is known. Default: that of consumer sensors.
+        Noise of the sensors, if known. Default: the noise of consumer sensors.
     lower : bool, optional
-        Allow lowering the noise, too, for a clear gain. Default: only where neither
-        model is given; a given one is raised, for a clear gain.
+        Also allow lowering the noise, if the likelihood clearly increases. Default: only if no
+        model is given; a given model is only raised.
     **options
         Further options of `NavigationFilter`.
 
     Returns
     -------
     FoundNoise
-        Models for `NavigationFilter`; those stated where nothing is gained.
+        Models for `NavigationFilter`; the stated models if no others are better.
 
     Raises
     ------
@@ -170,11 +170,10 @@ def find_noise(
 
     Notes
     -----
-    A copy of the filter leaves it every ten seconds, takes no fix, and is compared with the fixes
-    after 2, 5 and 10 s. Three factors on the noise maximise the likelihood of the horizontal
-    errors (Student's with eight degrees of freedom), each with a pass of the whole filter. Where
-    errors after 5 and 10 s are still larger than their standard deviation, white noise is raised by
-    that.
+    Every ten seconds a copy of the filter coasts without fixes, and is compared with the fixes
+    after 2, 5 and 10 s. Three factors on the noise maximise the likelihood of the horizontal errors
+    (Student's with eight degrees of freedom), each with a pass of the whole filter. If errors after
+    5 and 10 s still exceed their standard deviation, the white noise is raised by this ratio.
 
     Examples
     --------

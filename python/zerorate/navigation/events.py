@@ -1,4 +1,4 @@
-"""Fixes as a filter takes them: positions and velocities together, or each at its own time."""
+"""Fixes as input of a filter: positions and velocities together, or each at its own time."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _VELOCITY: Final = slice(4, 7)
 
 
 def pack_fixes(fixes: Fixes | None) -> Floats:
-    """Return fixes as ``NavigationFilter.process_arrays`` takes them, shape (m, 13).
+    """Return fixes as rows for ``NavigationFilter.process_arrays``, shape (m, 13).
 
-    If a receiver reports no standard deviations they are 2 m and 0.1 m/s.
+    If a receiver reports no standard deviations, they are set to 2 m and 0.1 m/s.
     """
     if fixes is None:
         return np.empty((0, 13))
@@ -49,10 +49,10 @@ class Events:
     Parameters
     ----------
     rows : ndarray, shape (k, 13)
-        As ``NavigationFilter.process_arrays`` takes them.
+        Rows for ``NavigationFilter.process_arrays``.
     position, velocity : ndarray of int, shape (m,)
-        Which of them has the position of a fix, and which its velocity: the same, unless the
-        velocities have times of their own.
+        Index of the row with the position of a fix, and of the row with its velocity: the same row,
+        unless velocities have separate times.
     """
 
     rows: Floats
@@ -61,7 +61,7 @@ class Events:
 
     @classmethod
     def of(cls, fixes: Fixes | None) -> Events:
-        """Return the events of some fixes."""
+        """Return the events of fixes."""
         rows = pack_fixes(fixes)
         each = np.arange(len(rows))
         if fixes is None or fixes.velocity is None or fixes.velocity_time is None:
@@ -70,7 +70,7 @@ class Events:
 
     @classmethod
     def apart(cls, rows: Floats, position: Floats, velocity: Floats) -> Events:
-        """Return rows of fixes as positions at some times and velocities at others."""
+        """Return fixes as separate rows: positions at their times, velocities at theirs."""
         m = len(rows)
         both = np.concatenate([rows, rows])
         both[:m, _VELOCITY], both[m:, _POSITION] = np.nan, np.nan
@@ -82,17 +82,17 @@ class Events:
 
     @property
     def is_joint(self) -> bool:
-        """True if a fix is one event."""
+        """True if each fix is one event."""
         return self.position is self.velocity
 
     def to_rows(self) -> Floats:
-        """Return a row a fix, at the time of its position."""
+        """Return one row per fix, at the time of its position."""
         rows = self.rows[self.position].copy()
         rows[:, _VELOCITY] = self.rows[self.velocity, _VELOCITY]
         return rows
 
     def merge(self, outputs: dict[str, Any]) -> dict[str, Any]:
-        """Return the filter's outputs per fix, from those per event; the position's counts."""
+        """Return the filter's outputs per fix from its outputs per event (of the position)."""
         if self.is_joint:
             return outputs
         own = {name: outputs[name][self.position] for name in ("verdict", "taken")}

@@ -20,9 +20,9 @@ _MIN_TOTAL: Final = (3.0, 0.01)
 def frozen_spans(
     samples: Samples, sensor: Literal["gyro", "accel"] | str, epochs: Epochs
 ) -> list[tuple[float, float]]:
-    """Return from and to when a sensor repeats a row, or gives none, in motion; s.
+    """Return the spans in which a sensor repeats or lacks samples in motion, s.
 
-    Empty unless it does so for three seconds in all and a hundredth of the time.
+    Empty unless the spans add up to three seconds and to 1 % of the time.
     """
     values: Floats = getattr(samples, sensor)
     time = samples.time

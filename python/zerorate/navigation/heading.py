@@ -1,4 +1,4 @@
-"""The heading of a body in motion, by the likelihood of a bank of filters."""
+"""The heading of a body in motion, from the likelihoods of a bank of filters."""
 
 from __future__ import annotations
 
@@ -43,18 +43,18 @@ _COURSE_SIGMA_RAD: Final = math.radians(5.0)
 
 @dataclass(frozen=True)
 class Heading:
-    """A heading that was decided.
+    """A heading with the time of its decision.
 
     Parameters
     ----------
     start_heading : float
-        Of the body at the first fix, rad, as the member that won began.
+        Heading of the body at the first fix, rad: the start of the most likely filter.
     start_sigma : float
-        Its standard deviation there.
+        Standard deviation of `start_heading`, rad.
     time : float
-        When it was decided, s.
+        Time of the decision, s.
     heading, sigma : float
-        Of the body at that time, rad.
+        Heading of the body at that time and its standard deviation, rad.
     """
 
     start_heading: float
@@ -67,22 +67,22 @@ class Heading:
 def find_heading(
     samples: Samples, fixes: Fixes, start: Alignment, options: Mapping[str, Any]
 ) -> Heading | None:
-    """Return the heading of a body from its start on, None if 60 s do not determine it.
+    """Return the heading of a body after its start; None if 60 s do not determine it.
 
-    Filters that differ in their heading alone run over the same fixes; that under which these are
-    the most likely has the right one. In addition to eight round the compass one runs along the
-    course, as a body does that moves forward.
+    Filters that differ only in their heading process the same fixes; the filter with the highest
+    likelihood has the right heading. Eight filters have headings round the compass, and one has the
+    course as heading, for bodies that move forward.
 
     Parameters
     ----------
     samples : Samples
-        Of the sensors, in the axes of the body.
+        Samples of the sensors, in the axes of the body.
     fixes : Fixes
-        On their clock.
+        Fixes on the sensors' clock.
     start : Alignment
-        At the time of a fix, with any heading.
+        Alignment at the time of a fix, with any heading.
     options : mapping
-        Of `NavigationFilter`.
+        Options of `NavigationFilter`.
     """
     first, last = np.searchsorted(samples.time, [start.time, start.time + MAX_DECISION_S])
     piece = slice(max(int(first) - 1, 0), int(last))
@@ -186,7 +186,7 @@ def _run_member(
 
 
 def turn_to_heading(quaternion: Floats, yaw: float) -> Floats:
-    """Return an orientation of heading zero turned to a heading."""
+    """Return an orientation of heading zero, rotated to a heading."""
     return product(about_z(yaw), quaternion)
 
 
@@ -198,7 +198,7 @@ def heading_of(q: Floats) -> Floats:
 
 
 def format_heading(heading: float, digits: int) -> str:
-    """Return a heading, rad, in deg from 0 to below 360, as it is printed everywhere."""
+    """Return the text of a heading, rad, in deg from 0 to below 360."""
     return f"{round(math.degrees(heading), digits) % 360.0:.{digits}f}"
 
 

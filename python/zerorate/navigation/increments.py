@@ -1,4 +1,4 @@
-"""Samples of a recording as fewer increments, for filters that run over it many times."""
+"""Samples of a recording combined to fewer increments, for filters that run many times."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _RATE_HZ: Final = 50.0
 
 @dataclass(frozen=True, eq=False)
 class Increments:
-    """Times of samples with the angles and the velocities gained since the one before."""
+    """Times of steps, with the increments of angle and velocity since the step before."""
 
     time: Floats
     gyro: Floats
@@ -25,7 +25,7 @@ class Increments:
 
     @classmethod
     def of(cls, samples: Samples, rate: float = _RATE_HZ) -> Increments:
-        """Return steps of a fiftieth of a second or a sample, of which there are many to be run."""
+        """Return steps of 0.02 s, or of one sample if that is longer, for repeated runs."""
         every = max(1, round(samples.log.rate / rate))
         means = Means.of(samples)
         gained = np.diff(means.integral[::every], axis=0)

@@ -1,4 +1,4 @@
-"""The clock of a receiver, coarsely, by the rate of the course."""
+"""The coarse clock offset of a receiver, from the rate of the course."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ class Lag:
     Parameters
     ----------
     seconds : float
-        To be added to the times of the fixes.
+        Offset to add to the times of the fixes, s.
     correlation : float
-        Of the rate of the course with that of the gyro about down, there.
+        Correlation of the course's rate with the gyro's rate about down, at this offset.
     slope : float
-        Of the one on the other: 1 where units and axes are right.
+        Slope of one rate on the other: 1 if units and axes are right.
     certain : bool
         True if no other lag fits nearly as well.
     """
@@ -56,7 +56,7 @@ class Lag:
 
 
 def is_rate(slope: float, factor: float = 1.4) -> bool:
-    """Return True if a slope is that of a rate in some unit, within a factor."""
+    """Return True if a slope fits a rate in some unit, within a factor."""
     units = (1.0, _DEG_PER_RAD, 1.0 / _DEG_PER_RAD)
     return any(0.98 / factor < abs(slope) * unit < factor for unit in units)
 
@@ -66,8 +66,8 @@ def find_lag(
 ) -> Lag | None:
     """Return the lag that fits best, within ten seconds or, if none does, in any overlap.
 
-    None if nowhere half a minute and twenty windows overlap. `peak_width` is how far off, s, a lag
-    is another one.
+    None if no overlap has half a minute and twenty windows. Lags further apart than `peak_width`,
+    s, count as different.
     """
     grid = _ScoreGrid.of(rotation, windows, peak_width)
     if grid is None:
@@ -91,11 +91,12 @@ def find_lag(
 def find_lag_jump(
     rotation: RotationAngle, windows: Windows, about: float, *, certain: bool
 ) -> tuple[Floats, Floats] | None:
-    """Return the ends of two parts of a record, and the lag of each, where two fit far better.
+    """Return two parts of a record, with a lag each, if two lags fit far better than one.
 
-    Two lags within ten seconds of one that is known, by the likelihood ratio of two parts to one:
-    the lag of all windows lies between those of the parts, and fits neither. Where that is not
-    `certain`, fixes may be of another vehicle, and few bends fit any: one part is on the known one.
+    Both lags are within ten seconds of a known one; the decision is by the likelihood ratio of two
+    parts to one. The lag of all windows lies between the lags of the parts, and fits neither. If
+    the known lag is not `certain`, the fixes may come from another vehicle and a few bends fit any
+    lag: one part must then have the known lag.
     """
     own = windows.select(course_weights(windows) > 0.0)
     if len(own.start) < 2 * _MIN_WINDOWS:

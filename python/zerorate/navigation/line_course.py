@@ -1,4 +1,4 @@
-"""Velocities and course of a receiver that reports positions alone, by lines through them."""
+"""Velocities and course of a receiver without velocities, from lines through its positions."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ _PEAK_WIDTH_S: Final = 5.0
 
 @dataclass(frozen=True, eq=False)
 class LineVelocities:
-    """Slopes of least-squares lines through positions, a quarter of their width apart.
+    """Slopes of least-squares lines through positions, at steps of a quarter of their width.
 
     Parameters
     ----------
     width : float
-        Seconds of each line.
+        Duration of each line, s.
     time : ndarray, shape (n,)
-        Middle of each, s.
+        Middle of each line, s.
     velocity : ndarray, shape (n, 2)
-        North and east, m/s; NaN where too few positions are there.
+        North and east velocity, m/s; NaN where there are too few positions.
     sigma : ndarray, shape (n,)
-        Standard deviation of an axis, m/s.
+        Standard deviation of each axis, m/s.
     """
 
     width: float
@@ -85,7 +85,7 @@ class LineVelocities:
 
     @property
     def speed(self) -> Floats:
-        """Speed in the plane, m/s; 0 where it is not known."""
+        """Horizontal speed, m/s; 0 where it is not known."""
         speed: Floats = np.nan_to_num(np.hypot(*self.velocity.T))
         return speed
 
@@ -102,7 +102,7 @@ class LineCourse:
 
     @classmethod
     def of(cls, means: Means, fixes: Fixes, down: Floats, width: float) -> LineCourse:
-        """Return those of lines of a width, s, and the lag that they show."""
+        """Return the course from lines of this width, s, and its lag."""
         windows, turn = _turns(LineVelocities.of(fixes, width))
         rotation = _smooth(means.about(down), width)
         lag = find_lag(rotation, windows, max(_PEAK_WIDTH_S, _PEAK_WIDTHS * width))
@@ -126,7 +126,7 @@ class LineCourse:
 
 
 def find_line_course(means: Means, fixes: Fixes, down: Floats) -> LineCourse | None:
-    """Return the course by lines of the width that fits best, those that are certain first."""
+    """Return the course from lines of the best width; certain lags are preferred."""
     courses = [LineCourse.of(means, fixes, down, width) for width in _widths(fixes)]
     if not courses:
         return None

@@ -1,4 +1,4 @@
-"""Errors of a navigation filter in outages of its receiver, compared with doing nothing."""
+"""Errors of a navigation filter in outages of its receiver, compared with held values."""
 
 from __future__ import annotations
 
@@ -62,19 +62,19 @@ class OutageErrors:
     spans : ndarray, shape (n, 2)
         Times of the last fix before an outage and of the last one withheld in it, s.
     time : ndarray, shape (m,)
-        Of the fixes withheld, on the clock of the inertial sensors, s.
+        Times of the withheld fixes, on the clock of the inertial sensors, s.
     outage : ndarray of int, shape (m,)
-        The outage that each is in.
+        Outage of each withheld fix.
     position : ndarray, shape (m, 3)
-        Of these fixes: latitude and longitude, deg, height, m.
+        Positions of these fixes: latitude and longitude, deg, height, m.
     errors : dict of str to ndarray, shape (m, 2)
-        At each of them, north and east, m: of "position held", "velocity held", "filter" and, if it
-        was requested, "smoothed".
+        Errors north and east at each of them, m, of "position held", "velocity held", "filter" and,
+        if requested, "smoothed".
     sigma : ndarray, shape (m, 2)
-        Standard deviations north and east of the filter there, m.
+        The filter's standard deviations north and east at each of them, m.
     end : dict of str to ndarray, shape (n,)
-        Horizontal distance at the last fix withheld, m; of "smoothed" the largest inside, NaN
-        where the record ends before two fixes more.
+        Horizontal error at the last withheld fix, m. For "smoothed" the largest error in the
+        outage; NaN if fewer than two fixes follow.
     fix_sigma : ndarray, shape (m, 2)
         Standard deviations north and east that the receiver states for these fixes, m.
     """
@@ -95,7 +95,7 @@ class OutageErrors:
         return len(self.spans)
 
     def rms(self, name: str = FILTER) -> float:
-        """Return the root mean square of `end`, m, of the outages in which it is known."""
+        """Return the root mean square of `end`, m, over the outages in which it is known."""
         return math.sqrt(float(np.mean(self._known_ends(name) ** 2)))
 
     def median(self, name: str = FILTER) -> float:
@@ -107,14 +107,14 @@ class OutageErrors:
         return float(np.max(self._known_ends(name)))
 
     def error_over_sigma(self) -> float:
-        """Return the RMS of the filter's end errors over their standard deviation: 1 is right.
+        """Return the RMS ratio of the filter's end errors to their standard deviation: 1 is right.
 
-        The standard deviation is that of the filter and of the fix it is compared with.
+        The standard deviation combines the filter and the fix.
         """
         return math.sqrt(0.5 * float(np.mean(self._end_squares())))
 
     def share_inside(self) -> float:
-        """Return the share of ends in the ellipse that a figure draws, 95 % if sigma is right."""
+        """Return the share of ends in the ellipse of the figure, 95 % if sigma is right."""
         return float(np.mean(self._end_squares() < ELLIPSE_SIGMAS**2))
 
     def _end_squares(self) -> Floats:
@@ -191,26 +191,26 @@ def outages(
 ) -> Outages:
     """Return the errors of a navigation filter after outages of the receiver.
 
-    Fixes are withheld, and the filter's track compared with them. The same is done for a position
-    and a velocity that are held from the last fix on: on a slow platform these may be better.
+    Fixes are withheld, and the filter's track is compared with them. The same is done for a
+    position and a velocity held since the last fix; on a slow platform these may be better.
 
     Parameters
     ----------
     imu : Recording
-        As ``NavigationFilter.process`` takes it, in the axes of the body.
+        Recording for ``NavigationFilter.process``, in the axes of the body.
     gnss : Fixes
         Fixes of the receiver; withheld ones count as true.
     seconds : float or sequence of float
         Lengths of outages; the filter runs once for each. Default 10, 30 and 60.
     nav : NavigationFilter, optional
-        A filter that has seen no sample, which is copied and not changed. By default axes, clock,
-        antenna and start are found as `zerorate.navigate` finds them.
+        A new filter without samples; it is copied and not changed. By default axes, clock, antenna
+        and start are found as in `zerorate.navigate`.
     antenna : array_like, shape (3,), optional
-        From the sensors to the antenna, body axes, m; set it on `nav` if there is one.
+        Vector from the sensors to the antenna, body axes, m; if `nav` is given, set it there.
     smooth : bool
         Also smooth; its largest error inside an outage is reported.
     first : float
-        Seconds from the fix at which the filter began to the first outage. Default 60.
+        Seconds from the filter's first fix to the first outage. Default 60.
     between : float
         Seconds from the end of an outage to the next, in which fixes are used. Default 30.
     rest : array_like of bool, shape (n,), optional
@@ -218,14 +218,13 @@ def outages(
     wheel_speed : array_like, shape (n,), or Wheels, optional
         Speed of its wheels, m/s, for a filter of a wheeled vehicle.
     time_offset : float, TimeOffset or "auto"
-        Added to the times of the fixes, s. "auto": as sensors and fixes fit best; 0 with a `nav`.
+        Offset added to the times of the fixes, s. "auto": the best fit of sensors and fixes; 0 if
+        `nav` is given.
     threads : int, optional
-        Number of lengths to run at once. Default: one per core. The result does not
-        depend on it. Each takes 0.4 kB a sample and, with `smooth`, about 3 kB a step of the
-        covariance.
+        Number of lengths to run at once. Default: one per core. The result does not depend on it.
+        Each needs 0.4 kB per sample and, with `smooth`, about 3 kB per step of the covariance.
     progress : callable, optional
-        Called with a step's name and the fraction done.
-        By default a bar in a notebook.
+        Called with the name of the step and the fraction done. By default a notebook shows a bar.
 
     Returns
     -------
@@ -242,9 +241,9 @@ def outages(
 
     Notes
     -----
-    If a receiver reports no velocity, the held one is from the last two positions. Errors
-    are those of the antenna, interpolated between samples. The fixes have errors, too: smaller
-    errors of the filter are not seen.
+    If a receiver reports no velocity, the held velocity comes from the last two positions. Errors
+    are computed at the antenna, interpolated between samples. Errors of the filter that are smaller
+    than the errors of the fixes cannot be seen.
 
     Examples
     --------
@@ -295,7 +294,7 @@ class OutagePlan:
         threads: int,
         report: Progress,
     ) -> Outages:
-        """Return the errors of a filter, by its estimates with all fixes and with some withheld."""
+        """Return the errors of a filter, from its estimates with all and with withheld fixes."""
         from zerorate.record.offset import TimeOffset
 
         fixes = _FixSpan.of(undisturbed, TimeOffset.of(inputs["time_offset"]).applied(gnss))
@@ -341,7 +340,7 @@ def doubt_start(
     undisturbed: Track,
     inputs: dict[str, Any],
 ) -> str:
-    """Return a sentence where a velocity that is held beats a filter that began in motion."""
+    """Return a sentence if a held velocity is better than a filter that began in motion."""
     if not begins_in_motion(start):
         return ""
     plan = OutagePlan((_DOUBT_S,), smooth=False, first=2.0 * _DOUBT_S, between=_DOUBT_S)

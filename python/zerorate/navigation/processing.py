@@ -26,9 +26,9 @@ def processed(
     time_offset: float | TimeOffset | None,
     keep: bool,
 ) -> Track:
-    """Do the work of ``NavigationFilter.process``; `keep` says if the track can be smoothed.
+    """Do the work of ``NavigationFilter.process``; with `keep` the track can be smoothed.
 
-    What is `known` is where the vehicle rests, and how fast its wheels roll.
+    `known` holds the mask of rest and the speeds of the wheels.
     """
     rest, speed = known
     samples = Samples.of(imu, mag=False, what="navigation")

@@ -1,4 +1,4 @@
-"""A start in motion, its attitude corrected by what a minute of fixes says of it."""
+"""A start in motion, with its attitude corrected by the first minute of fixes."""
 
 from __future__ import annotations
 
@@ -29,9 +29,10 @@ def refine_attitude(
 ) -> Alignment:
     """Correct roll, pitch and heading of a start by smoothing its first minute, until it settles.
 
-    A filter that begins tens of degrees off takes the error for biases it is soon too sure of. An
-    iterated smoother has the first minute of the attitude it finds (B. M. Bell, *SIAM Journal on
-    Optimization* 4(3), 1994). The start is returned as it was where that does not settle.
+    A filter that begins with an attitude error of tens of degrees mistakes it for biases, and is
+    soon too certain of these. An iterated smoother corrects the attitude from the first minute (B.
+    M. Bell, *SIAM Journal on Optimization* 4(3), 1994). If the iteration does not converge, the
+    start is returned unchanged.
     """
     last = start.time + _SPAN_S
     piece = slice(*np.searchsorted(samples.time, [start.time - _LEAD_S, last]))

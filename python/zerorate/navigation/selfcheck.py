@@ -52,11 +52,11 @@ class NavigationFinding:
         ``"frozen"``, ``"velocity"``, ``"position"``, ``"clock"``, ``"jump"``, ``"gyro"``,
         ``"force"``, ``"axes"`` or ``"mount"``.
     status : {"mistake", "cannot tell"}
-        A mistake, or a question that the motion does not decide.
+        A mistake, or a question that the motion cannot decide.
     text : str
         A sentence.
     value : float
-        The factor, angle, rad, or time, s, that was found; NaN where there is none.
+        The estimated factor, angle (rad) or time (s); NaN if there is none.
 
     Examples
     --------
@@ -81,11 +81,11 @@ class NavigationChecks:
     Parameters
     ----------
     findings : tuple of NavigationFinding
-        Mistakes, and doubts that cannot be decided; nothing where all agrees.
+        Mistakes and undecided questions; empty if everything agrees.
     lag : float
-        By how much the times of the fixes are to be moved, s, to tenths; NaN if that is not known.
+        Offset to add to the times of the fixes, s, to tenths; NaN if it is not known.
     correlation : float
-        Of the rate of the course with that of the gyro about down.
+        Correlation of the course's rate with the gyro's rate about down.
     axes : Axes or None
         Axes of the sensors.
     source : str
@@ -129,18 +129,18 @@ def check_navigation(
     Parameters
     ----------
     imu : Recording
-        With a gyro and an accelerometer, in any axes.
+        Recording with a gyro and an accelerometer, in any axes.
     gnss : Fixes
-        Of the receiver.
+        Fixes of the receiver.
     time_offset : float
-        Added to the times of the fixes, s.
+        Offset added to the times of the fixes, s.
     mounted : bool
-        True if the axes are meant to be forward, right, down; else only their handedness counts.
+        True if the axes should be forward, right, down; otherwise only their handedness is checked.
 
     Returns
     -------
     NavigationChecks
-        One finding per mistake: each is corrected before the next step.
+        One finding per mistake; each mistake is corrected before the next step.
 
     Raises
     ------
@@ -149,9 +149,9 @@ def check_navigation(
 
     Notes
     -----
-    Positions are compared with velocities, the rate of the course with the gyro about down, and
-    the mean force with accelerations along and across the course. A vehicle that hardly turns or
-    speeds up shows none of this: then a finding says so.
+    Positions are compared with velocities, the rate of the course with the gyro about down, and the
+    mean force with accelerations along and across the course. If the vehicle hardly turns or
+    accelerates, a finding states that these checks are not possible.
 
     Examples
     --------

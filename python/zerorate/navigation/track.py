@@ -52,7 +52,7 @@ Steps = dict[str, npt.NDArray[Any]]
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """Arrays as ``NavigationFilter.process_arrays`` takes them, in its order."""
+    """Arrays for ``NavigationFilter.process_arrays``, in the order of its arguments."""
 
     time: Floats
     gyro: Floats
@@ -63,7 +63,7 @@ class Inputs:
 
 
 class SmoothableTrack:
-    """Track with the steps that a smoother needs to go back over it."""
+    """Track with the steps that a smoother needs."""
 
     time: Floats
     position: Floats
@@ -108,16 +108,16 @@ class SmoothableTrack:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Track(SmoothableTrack, Result):
-    """The track of a vehicle over n samples of its sensors, of ``NavigationFilter.process``.
+    """The track of a vehicle over n samples, as ``NavigationFilter.process`` returns it.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
-        Of the samples, s.
+        Times of the samples, s.
     position : ndarray, shape (n, 3)
-        Of the sensors: latitude and longitude, deg, height, m; NaN while nothing is known.
+        Position of the sensors: latitude and longitude, deg, height, m; NaN while unknown.
     velocity : ndarray, shape (n, 3)
-        North, east, down, m/s.
+        Velocity north, east, down, m/s.
     quaternion : ndarray, shape (n, 4)
         Quaternions w, x, y, z from the body's axes to north, east, down.
     gyro_bias, accel_bias : ndarray, shape (n, 3)
@@ -132,7 +132,8 @@ class Track(SmoothableTrack, Result):
     verdict : ndarray of uint8, shape (m,)
         Verdict on each fix: an index of `zerorate.navigation.VERDICTS`.
     taken : ndarray, shape (m,)
-        Time of the sample after which each was processed, s; NaN if it came after the last one.
+        Time of the sample after which each fix was processed, s; NaN for fixes after the last
+        sample.
     fix_count : dict of str to int
         Numbers of "used", "rejected" and "refused" fixes.
     rejected_count : dict of str to int
@@ -189,7 +190,7 @@ class Track(SmoothableTrack, Result):
         velocity: npt.ArrayLike | None = None,
         quaternion: npt.ArrayLike | None = None,
     ) -> Floats:
-        """Return the track less the truth.
+        """Return the track minus the truth.
 
         Parameters
         ----------
@@ -203,8 +204,8 @@ class Track(SmoothableTrack, Result):
         Returns
         -------
         ndarray, shape (n, 3), (n, 6) or (n, 9)
-            North, east, down: m, m/s, and the rotation vector by which the track's orientation is
-            to be turned back, rad, as `sigma` means it.
+            Errors north, east, down: m, m/s, and the rotation vector of the orientation error, rad,
+            as in `sigma`.
         """
         parts = [local_ned(self.position, floats(position, "position"))]
         if velocity is not None:
@@ -215,17 +216,17 @@ class Track(SmoothableTrack, Result):
         return np.hstack(parts)
 
     def poses(self, origin: npt.ArrayLike | None = None) -> Poses:
-        """Return the track in metres east, north and up of an origin, as TUM and evo have it.
+        """Return the track in metres east, north and up of an origin, as in TUM and evo.
 
         Parameters
         ----------
         origin : array_like, shape (3,), optional
-            deg, deg, m; default the first position that is known.
+            Origin: deg, deg, m; default the first known position.
 
         Returns
         -------
         Poses
-            Of the samples at which the filter navigated; orientations from the body (forward,
+            Poses of the samples at which the filter navigated; orientations from the body (forward,
             right, down) to east, north, up.
 
         Raises
@@ -246,8 +247,9 @@ class Track(SmoothableTrack, Result):
     def nis(self) -> Floats:
         """Return the normalised innovations squared of each fix, shape (m, 2).
 
-        Of position and velocity, 3 on average in a filter that is consistent; also of those that
-        the gate rejected. NaN where a fix was refused, has no velocity, or began the track.
+        The values are for position and velocity, and average 3 in a consistent filter. Fixes that
+        the gate rejected are included. NaN if a fix was out of sequence, has no velocity, or began
+        the track.
 
         Raises
         ------
@@ -259,18 +261,18 @@ class Track(SmoothableTrack, Result):
         return self._nis.copy()
 
     def smooth(self) -> Track:
-        """Return the best estimate: each sample in the light of all fixes, before and after it.
+        """Return the best estimate: each sample uses all fixes, before and after it.
 
-        A smoother goes back over the steps of the covariance, of which ``process`` has kept about
-        2.5 kB each; samples between two steps are corrected by what both say.
-        At the last sample it is the filter's estimate.
+        A smoother processes the steps of the covariance backward; ``process`` has kept about 2.5 kB
+        for each. Samples between two steps are corrected by both. At the last sample it is the
+        filter's estimate.
 
         Raises
         ------
         ValueError
             If this track is smoothed, or its steps were not kept.
         MemoryError
-            If there is none for what the smoother says.
+            If there is not enough memory for the smoother's result.
         """
         steps = smooth_steps(self._steps, self.smoothed)
         if not len(steps["sample"]):
@@ -307,7 +309,7 @@ class Track(SmoothableTrack, Result):
     def plot(self, outages: Outages | None = None) -> Figure:
         """Return the figure, which marks outages of ``zerorate.navigation.outages``.
 
-        ImportError without matplotlib, of the extra ``plot``.
+        It raises ImportError without matplotlib (extra ``plot``).
         """
         return figure_of(self, outages)
 
@@ -429,7 +431,7 @@ def smooth_steps(
 
 
 def interpolate_steps(time: Floats, steps: Steps) -> tuple[Floats, Floats]:
-    """Return error and deviation at each sample, from those of the steps round it."""
+    """Return error and standard deviation at each sample, interpolated between steps."""
     last, following, part = _bracket_steps(time, steps, np.arange(len(time)))
     error = (1.0 - part) * steps["after"][last] + part * steps["before"][following]
     sigma = (1.0 - part) * steps["sigma"][last] + part * steps["sigma"][following]
@@ -451,9 +453,9 @@ def _bracket_steps(
 
 
 class SmoothedPoses:
-    """Positions and orientations of a track as ``Track.smooth`` has them, at some samples alone.
+    """Positions and orientations from ``Track.smooth``, at some samples only.
 
-    No deviations are found and most samples left out, which is many times as fast.
+    No standard deviations are computed and most samples are left out, which is many times faster.
     """
 
     def __init__(self, track: Track) -> None:

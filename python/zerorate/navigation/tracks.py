@@ -64,19 +64,19 @@ def write_geojson(
     path
         The file to write.
     track
-        `Fixes`, or whatever has ``time`` (n,) and ``position`` (n, 3) in deg, deg and m. Rows
-        without a place (NaN) divide it into lines; a height may be missing.
+        `Fixes`, or any object with ``time`` (n,) and ``position`` (n, 3) in deg, deg and m. Rows
+        without a position (NaN) divide it into lines; a height may be missing.
     epoch : float, optional
         Unix time, UTC, at which the track's time is zero. Default: ``track.epoch``, if it has one.
     name : str, optional
-        Of the track; default ``track.source``, else "track".
+        Name of the track; default ``track.source``, or else "track".
     force : bool
-        Allow replacing an existing file; default no.
+        Replace an existing file; default False.
 
     Raises
     ------
     ValueError
-        If the arrays do not go together, or no row has a place.
+        If the arrays differ in length, or no row has a position.
     TypeError
         If the track has no times or positions.
     OSError
@@ -84,9 +84,9 @@ def write_geojson(
 
     Notes
     -----
-    As RFC 7946 has it: longitude, latitude, height above the ellipsoid (section 3.1.1), and a line
-    that crosses the meridian of 180 deg is cut there in two (3.1.9). With an epoch the property
-    ``coordTimes`` holds the time of each position, in the structure of the coordinates.
+    As in RFC 7946: longitude, latitude, height above the ellipsoid (section 3.1.1), and a line
+    across the meridian of 180 deg is cut in two (3.1.9). With an epoch the property ``coordTimes``
+    holds the time of each position, in the structure of the coordinates.
 
     Examples
     --------
@@ -122,11 +122,11 @@ def write_gpx(
     name: str | None = None,
     force: bool = False,
 ) -> None:
-    """Write a track as GPX 1.1: one track, a segment a line.
+    """Write a track as GPX 1.1: one track, with one segment per line.
 
-    Parameters and errors are those of `write_geojson`. ``<time>`` stands there only with an epoch,
-    in UTC to the millisecond. ``<ele>`` is the height above the ellipsoid, as in the track; GPX
-    itself says only that it is in metres.
+    Parameters and errors are those of `write_geojson`. ``<time>`` is written only with an epoch, in
+    UTC to the millisecond. ``<ele>`` is the height above the ellipsoid, as in the track; GPX itself
+    defines only its unit, metres.
 
     Examples
     --------

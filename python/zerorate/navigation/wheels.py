@@ -1,4 +1,4 @@
-"""Wheels as sensors with times of their own: speeds, or counts of ticks."""
+"""Wheels as sensors with separate times: speeds, or counts of ticks."""
 
 from __future__ import annotations
 
@@ -30,23 +30,24 @@ _MIN_COUNTS: Final = 20
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Wheels:
-    """Speeds of wheels, as ``NavigationFilter.process`` and `outages` take them.
+    """Speeds of wheels, for ``NavigationFilter.process`` and `outages`.
 
     Parameters
     ----------
     time : array_like, shape (w,)
-        Middle of the interval of each mean, s, in order.
+        Middle of the interval of each mean speed, s, rising.
     speed : array_like, shape (w,)
-        Forward, m/s; NaN for none.
+        Forward speed, m/s; NaN if missing.
     sigma : float or array_like, shape (w,), optional
-        Standard deviation, m/s; by default that of the filter, ``speed_sigma``.
+        Standard deviation, m/s; by default the filter's ``speed_sigma``.
     tick : float, optional
-        Metres a tick, if they were computed from ticks.
+        Metres per tick, if the speeds were computed from ticks.
 
     Raises
     ------
     ValueError
-        If shapes do not fit, times are not finite and in order, or a deviation is not positive.
+        If shapes do not fit, times are not finite and rising, or a standard deviation is not
+        positive.
 
     Examples
     --------
@@ -91,33 +92,34 @@ class Wheels:
         fixes: Fixes | None = None,
         sigma: float = 0.1,
     ) -> Wheels:
-        """Return speeds of ticks that are counted, ten times a second.
+        """Return speeds from counted ticks, ten per second.
 
         Parameters
         ----------
         time : array_like, shape (n,)
-            Of the counts, s, in order, on the clock of the sensors.
+            Times of the counts, s, rising, on the clock of the sensors.
         count : array_like, shape (n,)
-            Ticks to date; NaN where none is reported.
+            Total number of ticks up to each time; NaN where none is reported.
         tick : float, optional
-            Metres a tick. The filter mends it by some percent.
+            Metres per tick. The filter can correct it by some per cent.
         fixes : Fixes, optional
-            Fixes of the receiver, whose speed gives the metres a tick if `tick` is not given.
+            Fixes of the receiver. Their speed gives the metres per tick if `tick` is not given.
         sigma : float
-            Standard deviation of a speed without its rounding, m/s.
+            Standard deviation of a speed without rounding to ticks, m/s.
 
         Returns
         -------
         Wheels
-            With the deviations that the rounding makes: the root of ``sigma**2 + (tick * rate)**2
-            / 6``. A counter that jumps, or that is silent for half a second, gives no speed.
+            Speeds, with standard deviations that include rounding: the root of ``sigma**2 + (tick *
+            rate)**2 / 6``. A counter that jumps, or that is silent for half a second, gives no
+            speed.
 
         Raises
         ------
         ValueError
-            If an argument is not as described, or neither `tick` nor `fixes` are given.
+            If an argument is not as described, or neither `tick` nor `fixes` is given.
         LogError
-            If the receiver does not determine the metres a tick.
+            If the receiver does not determine the metres per tick.
 
         Examples
         --------
@@ -145,7 +147,7 @@ class Wheels:
 
     @property
     def rows(self) -> Floats:
-        """Time, speed and deviation, as ``process_arrays`` takes them: (w, 3)."""
+        """Time, speed and standard deviation for ``process_arrays``, shape (w, 3)."""
         return np.column_stack([self.time, self.speed, self.sigma])  # type: ignore[list-item]
 
 

@@ -1,4 +1,4 @@
-"""Motion as a receiver sees it, and the means of the sensors over the same windows."""
+"""Motion from a receiver, and the means of the sensors over the same windows."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _MAX_TURN_SIGMA_RAD: Final = 0.35
 
 
 def sigma_of_position(fixes: Fixes) -> Floats:
-    """Return the deviation of each position in the plane, an axis, m."""
+    """Return the horizontal standard deviation of each position, per axis, m."""
     return _horizontal_sigma(fixes.position_sigma, DEFAULT_POSITION_SIGMA_M, len(fixes))
 
 
 def sigma_of_velocity(fixes: Fixes) -> Floats:
-    """Return the deviation of each velocity in the plane, an axis, m/s."""
+    """Return the horizontal standard deviation of each velocity, per axis, m/s."""
     return _horizontal_sigma(fixes.velocity_sigma, DEFAULT_VELOCITY_SIGMA_M_S, len(fixes))
 
 
@@ -42,7 +42,7 @@ def _horizontal_sigma(stated: Floats | None, default: float, n: int) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Epochs:
-    """Velocities of a receiver at m times, north, east, down, with the deviation of an axis.
+    """Velocities of a receiver at m times, north, east, down, with their standard deviation.
 
     Parameters
     ----------
@@ -51,9 +51,9 @@ class Epochs:
     velocity : ndarray, shape (m, 3)
         m/s; the vertical one NaN where it is not known.
     sigma : ndarray, shape (m,)
-        Of the horizontal ones, m/s.
+        Standard deviation of a horizontal velocity, m/s.
     is_reported : bool
-        True if the receiver reports them; else they are differences of positions.
+        True if the receiver reports velocities; otherwise they are differences of positions.
     """
 
     time: Floats
@@ -63,7 +63,7 @@ class Epochs:
 
     @classmethod
     def of(cls, fixes: Fixes) -> Epochs:
-        """Return the reported velocities, or differences of positions where they are too few."""
+        """Return the reported velocities, or differences of positions if those are too few."""
         if fixes.velocity is not None:
             there = np.isfinite(fixes.velocity[:, :2]).all(axis=1)
             if there.sum() > max(2.0, 0.2 * len(fixes)):
@@ -73,7 +73,7 @@ class Epochs:
 
     @classmethod
     def between_positions(cls, fixes: Fixes) -> Epochs:
-        """Return differences of positions, at the middle of two fixes."""
+        """Return velocities from differences of positions, at the middle of two fixes."""
         there = np.isfinite(fixes.position[:, :2]).all(axis=1)
         position = fixes.position[there]
         height = np.isfinite(position[:, 2])
@@ -88,16 +88,16 @@ class Epochs:
 
     @property
     def interval(self) -> float:
-        """Usual seconds from one to the next."""
+        """Usual interval between velocities, s."""
         return float(np.median(np.diff(self.time))) if len(self.time) > 1 else _WIDTH_S
 
     @property
     def speed(self) -> Floats:
-        """Speed in the plane, m/s."""
+        """Horizontal speed, m/s."""
         return np.hypot(self.velocity[:, 0], self.velocity[:, 1])
 
     def shifted(self, seconds: float) -> Epochs:
-        """Return them on a clock that shows so many seconds more."""
+        """Return the velocities with a number of seconds added to their times."""
         return Epochs(self.time + seconds, self.velocity, self.sigma, self.is_reported)
 
 
@@ -115,11 +115,11 @@ class Windows:
     along, across : ndarray, shape (m,)
         Acceleration along the course and to the right of it, m/s^2.
     climb : ndarray, shape (m,)
-        Slope of the way, 0 where it is not known.
+        Slope of the road, 0 where it is not known.
     speed : ndarray, shape (m,)
         m/s.
     sigma : ndarray, shape (m,)
-        Of an acceleration, m/s^2.
+        Standard deviation of an acceleration, m/s^2.
     """
 
     start: Floats
@@ -134,7 +134,7 @@ class Windows:
 
     @classmethod
     def of(cls, epochs: Epochs) -> Windows:
-        """Return the windows of some velocities."""
+        """Return the windows of velocities."""
         time = epochs.time
         width = max(_WIDTH_S, 1.0 if epochs.is_reported else 2.0 * epochs.interval)
         first, last = _pair_epochs(time, width, epochs.interval)
@@ -163,7 +163,7 @@ class Windows:
         )
 
     def select(self, mask: Booleans) -> Windows:
-        """Return some of them."""
+        """Return some of the windows."""
         return Windows(*(getattr(self, column.name)[mask] for column in fields(self)))
 
     @property
@@ -189,7 +189,7 @@ def _pair_epochs(time: Floats, width: float, interval: float) -> tuple[Integers,
 
 @dataclass(frozen=True, eq=False)
 class Means:
-    """Means of gyro and force between any two times, of their integrals."""
+    """Means of gyro and force between any two times, from their integrals."""
 
     time: Floats
     integral: Floats
@@ -197,7 +197,7 @@ class Means:
 
     @classmethod
     def of(cls, samples: Samples) -> Means:
-        """Return those of the samples of a recording."""
+        """Return the means of a recording's samples."""
         values = np.concatenate((samples.gyro, samples.accel), axis=1)
         there = np.isfinite(values.sum(axis=1))
         values = np.where(there[:, np.newaxis], values, 0.0)
@@ -207,7 +207,7 @@ class Means:
         return cls(samples.time, integral, np.cumsum(~there).astype(np.float64))
 
     def between(self, start: Floats, stop: Floats) -> Floats:
-        """Return the means from some times to others, shape (m, 6); NaN where samples lack."""
+        """Return the means between pairs of times, shape (m, 6); NaN where samples are missing."""
         means = np.empty((len(start), 6))
         seconds = stop - start
         for i, column in enumerate(self.integral.T):
@@ -230,7 +230,7 @@ class RotationAngle:
     angle: Floats
 
     def rate(self, start: Floats, stop: Floats) -> Floats:
-        """Return the mean rates from some times to others, shape (m,), rad/s."""
+        """Return the mean rates between pairs of times, shape (m,), rad/s."""
         angle = np.interp(stop, self.time, self.angle) - np.interp(start, self.time, self.angle)
         inside = (start >= self.time[0]) & (stop <= self.time[-1])
         return np.where(inside, angle / (stop - start), np.nan)

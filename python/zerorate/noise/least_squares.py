@@ -79,7 +79,7 @@ def residual_chi_squared(basis: Floats, data: Floats, scatter: Floats) -> float:
 
 
 def upper_bound(basis: Floats, solution: Solution, i: int, weighting: Weighting) -> float:
-    """Return the strength of process i above which the data exclude it at 95 %, or infinity.
+    """Return the 95 % upper bound of the strength of process i, infinite if there is none.
 
     A larger strength makes the data scatter more, so the search for the bound includes the scatter
     that the bound itself causes.

@@ -75,7 +75,7 @@ class Span(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A change between the means of two successive seconds, over the usual one, and its time."""
+    """A change between successive second means, relative to the usual change, and its time."""
 
     size: float
     time: float
