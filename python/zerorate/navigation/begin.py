@@ -125,7 +125,7 @@ class Vehicle:
         return check_navigation(body, fixes, time_offset=offset.seconds)
 
     def estimate_mount(self, checks: NavigationChecks) -> Floats | None:
-        """Return the axes that the motion shows, where nothing states them and they are certain."""
+        """Return the axes estimated from the motion, if not stated and certain."""
         axes = checks.axes
         if self.matrix is not None or self.axes_are_body or axes is None or not axes.certain:
             return None
@@ -193,7 +193,7 @@ class Beginning:
     notes: tuple[str, ...]
 
     def filter(self, **options: Any) -> NavigationFilter:  # noqa: ANN401
-        """Return a filter that begins so, with further options of `zerorate.NavigationFilter`."""
+        """Return a filter with this beginning and options of `zerorate.NavigationFilter`."""
         known = {"antenna_sigma": self.antenna_sigma, "consider_antenna": self.consider_antenna}
         options = {**known, **options}
         if self.noise is not None and not self.noise.kept:

@@ -1,4 +1,4 @@
-"""Simulated sensors: devices from data sheets, records of which every part is known, and faults."""
+"""Simulated sensors: devices from data sheets, records with known parts, and faults."""
 
 from typing import TYPE_CHECKING, Final
 

@@ -1,4 +1,4 @@
-"""Faults of real logs, put into a record: outliers, bursts of them, a sensor that is stuck."""
+"""Faults of real logs, added to a record: outliers, bursts of outliers, a stuck sensor."""
 
 from __future__ import annotations
 
@@ -26,29 +26,29 @@ _STREAMS: Final = ("share", "burst")
 
 @dataclass(frozen=True)
 class Contamination:
-    """Faults to put into a record.
+    """Faults to add to a record.
 
     Parameters
     ----------
     share : float
-        Share of outliers, each at random, 0 to 1.
+        Share of samples that are outliers, at random times, 0 to 1.
     size : float
         Size of the outliers, in standard deviations of the record: see Notes.
     one_sided : bool
-        Move all upwards; by default each has a random sign.
+        Make all outliers positive; by default each has a random sign.
     burst : int
-        Length of a burst of such outliers once a minute, at a random time in it. A record that ends
-        within a minute may end before the burst.
+        Length of a burst of such outliers, samples. There is one burst at a random time in each
+        minute. A record that ends within a minute may end before the burst.
     stuck : float
-        Duration, from the middle of the record on, in which the last value is repeated, s.
+        Duration of a stuck sensor, from the middle of the record on, s: the last value is repeated.
     at_zero : bool
-        Stuck at zero instead.
+        Be stuck at zero instead of the last value.
 
     Raises
     ------
     ValueError
-        If a number is out of range, there is no fault, a size without outliers or outliers without
-        a size, or `at_zero` without `stuck`.
+        If a number is out of range, there is no fault, only one of outliers and `size` is given, or
+        `at_zero` is given without `stuck`.
 
     Notes
     -----
@@ -98,7 +98,7 @@ class Contamination:
         Raises
         ------
         ValueError
-            If a word is not known or stands twice, or a value is no number.
+            If a name is unknown or repeated, or a value is not a number.
         """
         options: dict[str, Any] = {}
         for word in text.split(","):
@@ -120,17 +120,17 @@ class Contamination:
         Parameters
         ----------
         z : array_like, shape (n,) or (n, k)
-            Samples in any unit; what is not finite is missing, and stays.
+            Samples in any unit; values that are not finite count as missing and are not changed.
         rate : float
             Samples per second, Hz.
         seed : int
-            Not negative. The same arguments give the same copy. Each channel and each kind of
-            fault draws from its own stream, so channel i does not depend on how many there are.
+            Not negative. The same arguments give the same copy. Each channel and each kind of fault
+            has its own random stream, so channel i does not depend on the number of channels.
 
         Returns
         -------
         ndarray of float64, the shape of `z`
-            The record with its outliers, then stuck.
+            The record with outliers first, then the stuck span.
 
         Raises
         ------
@@ -151,7 +151,7 @@ class Contamination:
         return samples
 
     def stuck_span(self, n: int, rate: float) -> slice:
-        """Return the slice of n samples that is stuck."""
+        """Return the slice of stuck samples among n."""
         return slice(n // 2, min(n, n // 2 + round(self.stuck * rate)))
 
     def _contaminate(

@@ -1,10 +1,9 @@
-"""Noise of a few well-known MEMS gyros, for simulation and to compare a unit with.
+"""Noise of a few well-known MEMS gyros, for simulation and comparison.
 
-The coefficients are those of a data sheet where it states them, read as follows: a noise density
-or angle random walk is N, an in-run bias stability (or instability) is taken as B itself. No data
-sheet here states a rate random walk; K is then chosen for simulation, such that its Allan
-deviation meets the flat part of the curve at 1000 s. Single units differ from typical values by
-a factor of two or more.
+The coefficients come from data sheets, read as follows: a noise density or angle random walk is N;
+an in-run bias stability (or instability) is taken as B itself. No data sheet here states a rate
+random walk. K is chosen for simulation: its Allan deviation meets the flat part of the curve at
+1000 s. Single units differ from typical values by a factor of two or more.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""A simulated drive: inertial sensors and fixes of a car whose way and errors are known."""
+"""A simulated drive: inertial sensors and fixes of a car with known path and errors."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class SimulatedDrive:
     Parameters
     ----------
     time : ndarray, shape (n,)
-        Of the samples, s.
+        Times of the samples, s.
     rate : float
         Hz.
     gyro, accel : ndarray, shape (n, 3)
@@ -76,15 +76,15 @@ class SimulatedDrive:
     truth_position : ndarray, shape (n, 3)
         Position of the inertial sensors: latitude and longitude, deg, and height, m.
     truth_velocity : ndarray, shape (n, 3)
-        North, east and down, m/s.
+        Velocity north, east and down, m/s.
     truth_quaternion : ndarray, shape (n, 4)
-        Quaternions w, x, y, z from the axes of the body to those of the earth.
+        Quaternions w, x, y, z from the body's axes to the earth's axes.
     gyro_bias, accel_bias : ndarray, shape (n, 3)
         Constant bias plus drift, rad/s and m/s^2. Samples minus bias are the truth and white noise.
     antenna : ndarray, shape (3,)
         Vector from the inertial sensors to the antenna, in the axes of the body, m.
     body_from_sensor : ndarray, shape (3, 3)
-        Rotation from the axes of the sensors, those of samples and biases, to the body's.
+        Rotation from the sensors' axes, which samples and biases use, to the body's axes.
     time_offset : TimeOffset
         Offset to add to the times of the fixes.
     source : str
@@ -114,12 +114,12 @@ class SimulatedDrive:
     source: str = "a simulated drive"
 
     def rates(self) -> Floats:
-        """Return the angular rates that are true, in the axes of the body, with the noise."""
+        """Return the true angular rates in the axes of the body, with noise."""
         true: Floats = (self.gyro - self.gyro_bias) @ self.body_from_sensor.T
         return true
 
     def recording(self) -> Recording:
-        """Return gyro and accelerometer as a recording, which has the drive's fixes."""
+        """Return gyro and accelerometer as a recording with the drive's fixes."""
 
         def log(values: Floats, kind: str, suffix: str, unit: str) -> Log:
             names = tuple(f"{kind}_{axis}_{suffix}" for axis in "xyz")
@@ -168,32 +168,31 @@ def simulate_drive(
     latitude, longitude, height : float
         Start: latitude within 85 deg, longitude within 180 deg, height in m above the ellipsoid.
     kind : {"drive", "rest"}
-        A car in a town: it rests, accelerates to 8 to 18 m/s, slows down for corners, follows
-        bends, stops and goes on, over hills and on cambered roads. Or a car at rest.
+        "drive": a car in a town. It rests, accelerates to 8 to 18 m/s, slows down for corners,
+        follows bends, stops and continues, over hills and on cambered roads. "rest": a car at rest.
     rest : float
         Seconds at rest at the start; default 30.
     gyro, accel : NoiseModel, Device, "consumer" or None
-        Noise of each axis, without its constant bias; that of the accelerometer in m/s^2. By
-        default a gyro of 1e-4 rad/s/sqrt(Hz) and 2e-6 rad/s/sqrt(s), and an accelerometer of
-        1e-3 m/s^2/sqrt(Hz) and 2e-5 m/s^2/sqrt(s). None is no noise.
+        Noise of each axis, without its constant bias; for the accelerometer in m/s^2. Default of
+        the gyro: 1e-4 rad/s/sqrt(Hz) and 2e-6 rad/s/sqrt(s). Default of the accelerometer: 1e-3
+        m/s^2/sqrt(Hz) and 2e-5 m/s^2/sqrt(s). None is no noise.
     gyro_bias, accel_bias : float or array_like, shape (3,)
-        Standard deviation of the constant bias that is drawn, or its values: rad/s and m/s^2.
+        Standard deviation of a random constant bias, or its values: rad/s and m/s^2.
     fixes_rate : float
         Fixes per second, Hz, up to `rate`. Each is at the time of a sample, the first at 0.
     position_sigma, velocity_sigma : float or array_like, shape (3,)
-        Standard deviations of the fixes' white noise north, east and down, m and m/s, which the
-        fixes state, too; with 0 they state none.
+        Standard deviations of the fixes' white noise north, east and down, m and m/s. The fixes
+        state the same values; with 0 they state none.
     antenna : float or array_like, shape (3,)
         Vector from the inertial sensors, forward, right and down, m; or the standard deviation of a
-        drawn one.
+        random vector.
     body_from_sensor : array_like, shape (3, 3), "random" or None
         Rotation from the axes of the sensors to forward, right and down; None for none.
     time_offset : float or TimeOffset
         Offset to add to the times of the fixes, s, as `find_time_offset` finds it. A `TimeOffset`
         has one for positions, one for velocities, and a rate.
     wander : float
-        Relative wander of the sampling interval, RMS, over half a minute. The stamps
-        are right.
+        RMS relative variation of the sampling interval over half a minute. The stamps are right.
 
     Returns
     -------
@@ -215,7 +214,7 @@ def simulate_drive(
     the same mechanisation, given samples without error, returns the truth up to rounding. If
     samples were computed from a given path instead, they would oscillate, since only their means
     would be known. The truth differs from the closed form by centimetres. Its sideways speed stays
-    below 1 mm/s in 400 s and 2 mm/s in an hour: the wheels hardly slip. All steps are taken at
+    below 1 mm/s in 400 s and 2 mm/s in an hour: the wheels hardly slip. All steps are computed at
     once, by successive approximation.
 
     Examples

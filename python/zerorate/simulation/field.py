@@ -1,4 +1,4 @@
-"""The magnetic field about a simulated sensor: that of the earth, a room and a magnet."""
+"""The magnetic field at a simulated sensor: fields of the earth, a room and a magnet."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _EDGE_S: Final = 0.2
 
 
 def earth_field(norm: float, dip: float) -> Floats:
-    """Return the field in east, north and up, in the unit of its norm; the dip is in rad."""
+    """Return the field east, north and up, in the unit of its norm; the dip is in rad."""
     if not abs(dip) <= 0.5 * math.pi:
         raise ArgumentError("dip", f"must be from -pi/2 to pi/2, got {dip}")
     return check_not_negative("field", norm) * np.array([0.0, math.cos(dip), -math.sin(dip)])
@@ -31,9 +31,9 @@ def earth_field(norm: float, dip: float) -> Floats:
 def draw_room_field(
     angle: float, earth: Floats, rate: float, n: int, random: np.random.Generator
 ) -> Floats:
-    """Draw the disturbance of the field by a room, on a way through it, shape (n, 3).
+    """Draw the disturbance of the field on a path through a room, shape (n, 3).
 
-    Each axis is a Gauss-Markov process, so large that it turns the level part by this angle.
+    Each axis is a Gauss-Markov process; its size rotates the horizontal field by this angle.
     """
     size = math.tan(check_not_negative("field_wander", angle)) * math.hypot(*earth[:2])
     keep = math.exp(-1.0 / (_WANDER_TIME_S * rate))
@@ -43,7 +43,7 @@ def draw_room_field(
 
 
 def draw_magnet_field(earth: Floats, random: np.random.Generator) -> Floats:
-    """Return the field of a magnet in the axes of the earth: level in any direction, and upward."""
+    """Return the field of a magnet in earth axes: a random horizontal direction, and upward."""
     level, up = _MAGNET_RATIO
     azimuth = random.uniform(0.0, 2.0 * math.pi)
     direction = np.array([level * math.cos(azimuth), level * math.sin(azimuth), up])

@@ -1,4 +1,4 @@
-"""Sensor signals at rest whose noise coefficients, and whose true drift, are known."""
+"""Sensor signals at rest with known noise coefficients and known true drift."""
 
 import math
 from numbers import Integral
@@ -48,20 +48,21 @@ def simulate(
     duration : float
         Length in s; ``round(rate * duration)`` samples are made.
     seed : int
-        Not negative. The same arguments give the same signal. Each axis and each noise term
-        draws from its own stream, so axis i does not depend on how many axes there are, nor one
-        term on the others.
+        Not negative. The same arguments give the same signal. Each axis and each noise term has its
+        own random stream, so axis i does not depend on the number of axes, nor a term on other
+        terms.
     axes : int, optional
         Number of axes. None (the default) gives 1-D arrays, equal to axis 0 of any number.
     resolution : float, optional
-        Step to which the output is rounded, rad/s; 0 is none. Default: the device's, else 0.
+        Step to which the output is rounded, rad/s; 0 is no rounding. Default: the device's step, or
+        0.
     turn_on_bias : float, optional
-        Standard deviation of the constant bias drawn for each axis, rad/s. Default: the
-        device's, else 0.
+        Standard deviation of the constant bias drawn for each axis, rad/s. Default: the device's
+        value, or 0.
     low_pass : LowPass, optional
-        Filter of the sensor, which noise and drift pass before they are rounded: a Butterworth
-        filter of the nearest whole order up to 8, or a moving average. Default: that of the
-        noise model.
+        Filter of the sensor, applied to noise and drift before rounding: a Butterworth filter of
+        the nearest whole order up to 8, or a moving average. Default: the filter of the noise
+        model.
 
     Returns
     -------
@@ -82,20 +83,20 @@ def simulate(
 
     Notes
     -----
-    White noise has deviation N/sqrt(dt), the random walk starts at 0 and takes steps of deviation
-    K sqrt(dt). Flicker noise is white noise of variance B^2 through the causal fractional
-    integrator (1 - 1/z)^(-1/2), whose density is B^2/(2 pi f) well under the sampling rate:
-    N. J. Kasdin, "Discrete simulation of colored noise and stochastic processes and 1/f^alpha
-    power law noise generation", Proc. IEEE 83(5), 1995, section III.B, alpha = 1. It starts from
-    rest as well, so drift grows from the turn-on bias.
+    White noise has standard deviation N/sqrt(dt); the random walk starts at 0 and its steps have
+    standard deviation K sqrt(dt). Flicker noise is white noise of variance B^2 through the causal
+    fractional integrator (1 - 1/z)^(-1/2), whose density is B^2/(2 pi f) well under the sampling
+    rate: N. J. Kasdin, "Discrete simulation of colored noise and stochastic processes and 1/f^alpha
+    power law noise generation", Proc. IEEE 83(5), 1995, section III.B, alpha = 1. It also starts at
+    zero, so drift grows from the turn-on bias.
 
-    Quantization noise is the difference of successive errors of the angle, white of deviation Q,
-    times the rate. Markov noise is stationary from the first sample on, of variance
-    q_c^2 T_c / 2, and decays by exp(-dt/T_c) a sample, exact for the rate. Sinusoids start at a
-    random phase, are taken at the samples' instants and are drift: no part of them averages out
-    as white noise does.
+    Quantization noise is the difference of successive angle errors times the rate; these errors are
+    white with standard deviation Q. Markov noise is stationary from the first sample on, of
+    variance q_c^2 T_c / 2, and decays by exp(-dt/T_c) per sample, exact for the rate. Sinusoids
+    start at a random phase, are sampled at the samples' times and count as drift, because they do
+    not average out like white noise.
 
-    Behind a filter the record begins when the filter's memory is full.
+    With a filter the record begins after the filter's transient.
 
     A coefficient that is not identifiable enters with its value, not with its bound.
 
@@ -197,14 +198,14 @@ def _sample_count(rate: float, duration: float) -> int:
 
 
 def check_whole(name: str, value: int, minimum: int) -> int:
-    """Return a number that must be whole and from `minimum`."""
+    """Return a number that must be whole and at least `minimum`."""
     if not isinstance(value, Integral) or isinstance(value, bool) or value < minimum:
         raise ArgumentError(name, f"must be a whole number from {minimum}, got {value!r}")
     return int(value)
 
 
 def check_not_negative(name: str, value: float) -> float:
-    """Return a number that must be finite and from 0."""
+    """Return a number that must be finite and at least 0."""
     if not (math.isfinite(value) and value >= 0.0):
         raise ArgumentError(name, f"must be finite and not negative, got {value}")
     return float(value)

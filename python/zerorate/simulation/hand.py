@@ -1,4 +1,4 @@
-"""Turns by hand from pose to pose, in closed form: orientation at any time, and its derivative."""
+"""Rotations by hand from pose to pose, in closed form: orientation and its derivative."""
 
 from __future__ import annotations
 
@@ -35,21 +35,22 @@ _SIX_UP_AXES: Final = np.array(
 
 @dataclass(frozen=True, eq=False)
 class Hand:
-    """Orientations ``starts[i] Exp(vectors[i] s) Exp(aside)`` with s from 0 to 1 in a turn.
+    """Orientations ``starts[i] Exp(vectors[i] s) Exp(aside)``, with s from 0 to 1 in a rotation.
 
     Parameters
     ----------
     starts
         Quaternions of the poses, from the body to the world, shape (m, 4).
     vectors
-        Rotation vectors of the turn from each, zero for the last, rad, shape (m, 3).
+        Rotation vector from each pose to the next, zero for the last, rad, shape (m, 3).
     wobbles
-        How far the hand leaves the axis of the turn, evenly and oddly about its middle, rad,
-        shape (m, 2, 3).
+        Deviation of the hand from the axis of the rotation, its even and its odd part about the
+        middle, rad, shape (m, 2, 3).
     rest, turn
-        Length of each rest and turn, s.
+        Duration of each rest and each rotation, s.
     amplitudes, frequencies, phases
-        Of the trembling: rad/s, shape (k, 3); Hz, (k,); rad, (k, 3).
+        Amplitudes, frequencies and phases of the tremor: rad/s, shape (k, 3); Hz, (k,); rad, (k,
+        3).
     """
 
     starts: Floats
@@ -78,7 +79,7 @@ class Hand:
         return product(main, step), rates + _rate_of_vector(wobble, drift)
 
     def interpolate(self, t: Floats, of_poses: Floats) -> Floats:
-        """Return the poses' values, shape (m, k), with a smooth change to the next in a turn."""
+        """Return the poses' values, shape (m, k), changing smoothly to the next in a rotation."""
         index, part = self.progress(t)
         along = _least_jerk(part)[0][:, None]
         following = np.minimum(index + 1, len(of_poses) - 1)
@@ -93,7 +94,7 @@ class Hand:
         return index, np.clip((t - index * length - self.rest) / self.turn, 0.0, 1.0)
 
     def spans(self, rate: float, n: int) -> tuple[Integers, Integers]:
-        """Return the samples of rests, shape (m, 2), and of turns, (m - 1, 2)."""
+        """Return the samples of rests, shape (m, 2), and of rotations, (m - 1, 2)."""
         begin = np.arange(len(self.starts)) * (self.rest + self.turn)
         first = np.ceil(begin * rate - 1e-6).astype(np.int64)
         stop = np.floor((begin + self.rest) * rate + 1e-6).astype(np.int64) + 1
@@ -145,7 +146,7 @@ def draw_hand_motion(
 
 
 def check_shape(name: str, values: npt.ArrayLike, shape: tuple[int | None, ...]) -> Floats:
-    """Return finite numbers of a shape, None being any length; ValueError otherwise."""
+    """Return finite numbers of a shape (None is any length); ValueError otherwise."""
     numbers = np.array(values, dtype=np.float64)
     fits = numbers.ndim == len(shape) and all(
         wanted in (None, length_found)
@@ -160,7 +161,7 @@ def check_shape(name: str, values: npt.ArrayLike, shape: tuple[int | None, ...])
 def take_or_draw(
     name: str, value: npt.ArrayLike, shape: tuple[int, ...], random: np.random.Generator
 ) -> Floats:
-    """Return the given numbers, or one number times normal random ones."""
+    """Return the given numbers, or one number times normal random numbers."""
     drawn = random.standard_normal(shape)
     if np.ndim(value) > 0:
         return check_shape(name, value, shape)

@@ -1,4 +1,4 @@
-"""Low-pass filters of simulated sensors: what their samples show of noise and drift."""
+"""Low-pass filters of simulated sensors, applied to noise and drift."""
 
 import math
 from typing import Final
@@ -18,10 +18,10 @@ _WIDTH_OF_MEAN: Final = 0.4429
 
 
 def impulse_response(low_pass: LowPass, rate: float) -> Floats:
-    """Return the impulse response of a filter at a sampling rate, as long as it lasts.
+    """Return the full impulse response of a filter at a sampling rate.
 
     A digital Butterworth filter of the nearest whole order, or a moving average. Its frequency
-    response, at as many lines as make it end within them, is that of the bilinear transform.
+    response is that of the bilinear transform, at enough lines for the impulse response to end.
     """
     corner = float(low_pass.corner) / rate
     if not corner < 0.5:
@@ -41,7 +41,7 @@ def impulse_response(low_pass: LowPass, rate: float) -> Floats:
 
 
 def convolve(signal: Floats, response: Floats) -> Floats:
-    """Return a signal behind a filter: where all of the impulse response lies within it."""
+    """Return a signal behind a filter, only where the full impulse response fits."""
     size = 1 << (signal.size + response.size - 1).bit_length()
     product = np.fft.rfft(signal, size) * np.fft.rfft(response, size)
     return np.fft.irfft(product, size)[response.size - 1 : signal.size]

@@ -1,4 +1,4 @@
-"""Gyros as linear systems: drift and noise of which the optimal filter is known."""
+"""Gyros as linear systems: drift and noise with a known optimal filter."""
 
 import cmath
 import math
@@ -32,7 +32,7 @@ def _check_positive(instance: object, *names: str) -> None:
 
 
 class Block(NamedTuple):
-    """States of a part: x+ = F x + w with covariance Q of w, H x in the output, P of the first."""
+    """States of a part: x+ = F x + w, covariance Q of w, output H x, covariance P at the start."""
 
     F: Floats
     Q: Floats
@@ -41,7 +41,7 @@ class Block(NamedTuple):
 
 
 class Part(Protocol):
-    """Anything that can be drawn and that a Kalman filter can know."""
+    """A part of a model that can be drawn and that a Kalman filter can have as states."""
 
     def block(self, rate: float) -> Block:
         """Return the states of this part at a sampling rate in Hz."""
@@ -63,7 +63,7 @@ class GaussMarkov:
         _check_positive(self, "time")
 
     def block(self, rate: float) -> Block:
-        """Return its one state, exact at the samples."""
+        """Return its single state, exact at the samples."""
         variance, step = self.deviation**2, 1.0 / (rate * self.time)
         return _scalar_block(math.exp(-step), -variance * math.expm1(-2.0 * step), variance)
 
@@ -77,8 +77,8 @@ class GaussMarkov:
 class WarmUp:
     """A rate that starts at plus or minus `amplitude`, deg/s, and decays with `time`, s.
 
-    The sign is drawn. It leaves the mean zero and the variance that of the prior, all that the
-    error variance of a linear filter depends on.
+    The sign is random: so the mean is zero and the variance equals the prior's variance. The error
+    variance of a linear filter depends on nothing else.
     """
 
     amplitude: float
@@ -90,7 +90,7 @@ class WarmUp:
         _check_positive(self, "time")
 
     def block(self, rate: float) -> Block:
-        """Return its one state, which no noise drives."""
+        """Return its single state, which has no driving noise."""
         return _scalar_block(math.exp(-1.0 / (rate * self.time)), 0.0, self.amplitude**2)
 
     def series(self, n: int, rate: float, random: np.random.Generator) -> Floats:
@@ -102,7 +102,7 @@ class WarmUp:
 
 @dataclass(frozen=True)
 class Resonance:
-    """A hump in the spectrum: AR(2) noise of a deviation in deg/s.
+    """A hump in the spectrum: AR(2) noise with a standard deviation in deg/s.
 
     Its poles ring at `frequency`, Hz, and decay with `time`, s.
     """
@@ -117,7 +117,7 @@ class Resonance:
         _check_positive(self, "frequency", "time")
 
     def block(self, rate: float) -> Block:
-        """Return this sample and the one before as states."""
+        """Return this sample and the previous one as states."""
         first, second = self._coefficients(rate)
         correlation = first / (1.0 - second)
         P = self.deviation**2 * np.array([[1.0, correlation], [correlation, 1.0]])
@@ -128,7 +128,7 @@ class Resonance:
     def series(self, n: int, rate: float, random: np.random.Generator) -> Floats:
         """Return n samples, deg/s.
 
-        The response Im(p^(k+1))/Im(p) of the pole p is that of a complex AR(1), solved by doubling
+        The response Im(p^(k+1))/Im(p) of the pole p comes from a complex AR(1), solved by doubling
         as in `zerorate.simulation.sequences.markov`.
         """
         lead, pole = math.ceil(_LEAD_DECAYS * rate * self.time), self._pole(rate)
@@ -159,10 +159,10 @@ class Resonance:
 def flicker(bias_instability: float) -> tuple[GaussMarkov, ...]:
     """Return Gauss-Markov processes whose sum has the density B^2/(2 pi f), B in deg/s.
 
-    Thirteen times from 0.05 s to 20 000 s stand D = 1.07 apart in their logarithms. Processes of
-    variance B^2 D/pi at all such times sum to the density with a ripple of 4e-4; without those
-    beyond both ends it is exact to 2 % from 0.0003 Hz to 0.1 Hz. So truth and optimum have
-    finitely many states.
+    There are thirteen correlation times from 0.05 s to 20 000 s, with a distance of D = 1.07 in
+    their logarithms. An infinite series of such processes, each of variance B^2 D/pi, would have
+    this density with a ripple of 4e-4. These thirteen have it to 2 % from 0.0003 Hz to 0.1 Hz. So
+    truth and optimum have finitely many states.
     """
     times = np.geomspace(0.05, 20_000.0, 13)
     spacing = math.log(times[1] / times[0])
@@ -181,21 +181,21 @@ class GyroModel:
     Parameters
     ----------
     name : str
-        Unique; the noises that a seed draws depend on it.
+        Unique name; the random numbers of a seed depend on it.
     angle_random_walk : float
-        White noise in deg/s/sqrt(Hz); the default is a deviation of 0.1 deg/s at 100 Hz.
+        White noise in deg/s/sqrt(Hz); the default has a standard deviation of 0.1 deg/s at 100 Hz.
     rate_random_walk : float
         Random walk of the drift, deg/s/sqrt(s).
     drift : tuple of Part
-        What else a drift filter has to find.
+        Other parts of the drift, which a filter has to estimate.
     disturbances : tuple of Part
-        Coloured noise that is no drift.
+        Coloured noise that is not drift.
     resolution : float
         Step of the output, deg/s; 0 for none.
     turn_on_bias : float
-        Standard deviation of the constant bias, deg/s. No filter is given it.
+        Standard deviation of the constant bias, deg/s. Filters do not know it.
     transient : bool
-        True if the drift dies away: such a model is reported separately.
+        True if the drift decays: such a model is reported separately.
 
     Raises
     ------
@@ -280,18 +280,18 @@ def simulate_record(model: GyroModel, rate: float, n: int, seed: int) -> tuple[F
     Parameters
     ----------
     model : GyroModel
-        Its noises.
+        Model of the gyro.
     rate : float
         Samples per second, Hz.
     n : int
         Number of samples.
     seed : int
-        Not negative. Every model, seed and part of a model draws from its own stream.
+        Not negative. Every model, seed and part of a model has its own random stream.
 
     Returns
     -------
     signal, truth : ndarray, shape (n,)
-        Output, and its drift with the turn-on bias, deg/s.
+        Output, and its drift including the turn-on bias, deg/s.
 
     Raises
     ------

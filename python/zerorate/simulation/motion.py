@@ -1,4 +1,4 @@
-"""A simulated IMU in motion, of which orientation, rate and every error are known."""
+"""A simulated IMU in motion, with known orientation, rate and errors."""
 
 from __future__ import annotations
 
@@ -44,31 +44,31 @@ _STREAMS: Final = ("motion", "errors", "gyro", "accel", "mag", "lost")
 class MotionErrors:
     """Errors of the sensors of a simulated motion; a number is a standard deviation.
 
-    The defaults are those of a consumer device. Bias, matrix, walk and noise of the gyro and the
+    The defaults are for a consumer device. Bias, matrix, walk and noise of the gyro and the
     wandering of the field are the priors of `zerorate.Attitude`.
 
     Parameters
     ----------
     gyro_bias : float or array_like, shape (3,)
-        Standard deviation of the bias drawn at the start, or its values, rad/s; default 0.5 deg/s.
+        Standard deviation of a random bias at the start, or its values, rad/s; default 0.5 deg/s.
     gyro_scale, gyro_misalignment : float
-        Standard deviations of the diagonal about 1 and of the other elements of M in ``rate = M
-        (gyro - bias)``; default 0.008 and 0.005.
+        Standard deviations of M's diagonal about 1 and of its other elements in ``rate = M (gyro -
+        bias)``; default 0.008 and 0.005.
     gyro_matrix : array_like, shape (3, 3), optional
-        M itself. Default: drawn.
+        The matrix M. Default: random.
     gyro_noise : float
         Density of the white noise, rad/s/sqrt(Hz); default 0.01 deg/s/sqrt(Hz).
     gyro_walk : float
         Random walk of the bias, rad/s/sqrt(s); default 0.01 deg/s/sqrt(s).
     accel_bias : float or array_like, shape (3,)
-        Standard deviation of the drawn bias, or its values, m/s^2; default 0.05.
+        Standard deviation of a random bias, or its values, m/s^2; default 0.05.
     accel_noise : float
-        Density, m/s^2/sqrt(Hz); default 0.004.
+        Density of the white noise, m/s^2/sqrt(Hz); default 0.004.
     mag_noise : float
         Noise of each sample, uT; default 0.5. There is no hard iron and no soft iron.
     field_wander : float
-        Angle of the field's variation as the sensor moves in a room, rad: each axis of the earth is
-        a Gauss-Markov process of 15 s. Default 4.5 deg.
+        Angle of the field's variation as the sensor moves in a room, rad: each earth axis is a
+        Gauss-Markov process of 15 s. Default 4.5 deg.
     lost : float
         Share of lost samples; default 0.
 
@@ -94,7 +94,7 @@ class MotionErrors:
 
     @classmethod
     def none(cls) -> MotionErrors:
-        """Return sensors without error."""
+        """Return the errors of perfect sensors."""
         numbers = {name: 0.0 for name in cls.__dataclass_fields__ if name != "gyro_matrix"}
         return cls(**numbers)
 
@@ -112,13 +112,13 @@ class SimulatedMotion:
     gyro, accel, mag
         Samples of the sensors, rad/s, m/s^2 and uT, shape (n, 3).
     quaternion
-        w, x, y, z from sensor to earth, whose axes point east, north and up, shape (n, 4).
+        Quaternions w, x, y, z from sensor to earth (axes east, north, up), shape (n, 4).
     rates
-        True angular rate in the axes of the sensor, rad/s, shape (n, 3): the mean over the sample
-        interval that ends at the time, as integration needs it.
+        True angular rate in the axes of the sensor, rad/s, shape (n, 3): each is the mean over the
+        sample interval that ends at its time, as needed for integration.
     force, velocity
-        True specific force in the axes of the sensor, m/s^2, and velocity in those of the earth,
-        m/s, at the time, shape (n, 3).
+        True specific force in the sensor's axes, m/s^2, and true velocity in earth axes, m/s, at
+        each time, shape (n, 3).
     bias
         Bias of the gyro, rad/s, shape (n, 3).
     gyro_matrix
@@ -156,13 +156,13 @@ class SimulatedMotion:
 
     @property
     def dt(self) -> Floats:
-        """Seconds from the sample before to each, shape (n,); those of the first are 1/rate."""
+        """Interval from the previous sample to each, s, shape (n,); 1/rate for the first."""
         return np.diff(self.time, prepend=self.time[0] - 1.0 / self.rate)
 
     def recording(self) -> Recording:
         """Return gyro, accelerometer, magnetometer and true orientation as a recording.
 
-        Lost samples are missing (NaN) in it, since a log has one clock.
+        In the recording lost samples are missing (NaN), because a log has one clock.
         """
         indices = np.rint((self.time - self.time[0]) * self.rate).astype(np.int64)
         n = int(indices[-1]) + 1
@@ -199,20 +199,21 @@ def simulate_motion(
     Parameters
     ----------
     kind : str
-        ``"pendulum"``, in one plane; ``"spinning pendulum"``, in an ellipse and about its rod;
-        ``"arm"``, on the wrist of someone who walks; ``"vehicle"``, a car in a town; ``"circle"``,
-        carried round one without end; ``"hand"``, turned and moved about by hand.
+        ``"pendulum"``: in one plane; ``"spinning pendulum"``: in an ellipse and about its rod;
+        ``"arm"``: on the wrist of a walking person; ``"vehicle"``: a car in a town; ``"circle"``:
+        carried round a circle; ``"hand"``: rotated and moved by hand.
     rate : float
         Samples per second, Hz. Default 100.
     duration : float
         Seconds. Default 60.
     seed : int
-        Not negative. The same arguments give the same samples. Motion, errors and each noise draw
-        from streams of their own: other errors leave the motion the same.
+        Not negative. The same arguments give the same samples. Motion, errors and each noise have
+        separate random streams: other errors leave the motion the same.
     start : {"rest", "motion"}
         Begin with 5 s at rest, from which the motion accelerates, or in full motion.
     errors : MotionErrors, optional
-        Errors of the sensors; default those of a consumer device. ``MotionErrors.none()`` has none.
+        Errors of the sensors. Default: a consumer device. ``MotionErrors.none()`` is without
+        errors.
     magnet : array_like, shape (m, 2)
         Start and end of spans, s, in which a magnet or iron is near: norm and dip of the field
         change. Default: never.
@@ -232,9 +233,9 @@ def simulate_motion(
     Notes
     -----
     Orientation, angular rate and velocity are closed forms of time. Gyro samples are the mean rate
-    of the interval which ends at the sample (Gauss-Legendre, four points); accelerometer and
-    magnetometer are sampled at that time. Acceleration is a central difference of the velocity
-    over 20 us, good to 1e-6 m/s^2. The seed also draws the strength of the motion.
+    of the interval that ends at the sample (Gauss-Legendre, four points); accelerometer and
+    magnetometer are sampled at that time. Acceleration is a central difference of the velocity over
+    20 us, good to 1e-6 m/s^2. The seed also draws the strength of the motion.
 
     Examples
     --------

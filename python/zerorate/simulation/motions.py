@@ -1,4 +1,4 @@
-"""Angular rates of things that move, in deg/s, as true as no sensor shows them."""
+"""True angular rates of moving objects, in deg/s."""
 
 import math
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from zerorate.types import Floats
 
 
 def table(rate: float, duration: float, seed: int = 0) -> Floats:
-    """Return a rate table that swings: a sine of 2 deg/s and 0.2 Hz from a phase by the seed.
+    """Return the rate of a rate table: a sine of 2 deg/s and 0.2 Hz; the seed sets its phase.
 
     Parameters
     ----------
@@ -33,11 +33,11 @@ def table(rate: float, duration: float, seed: int = 0) -> Floats:
 
 
 def vehicle(rate: float, duration: float, seed: int = 0) -> Floats:
-    """Return the yaw of a car in a town: corners and changes of lane, and straight on between.
+    """Return the yaw rate of a car in a town: corners and lane changes with straights between.
 
-    Every 8 to 20 s it turns by 30 to 90 deg in 2.5 to 5 s, or changes the lane by 4 deg and back
-    in 3 s; each is a raised cosine. On the way its driver corrects by 0.3 deg/s (RMS, 1 s).
-    Parameters and result are those of `table`.
+    Every 8 to 20 s the car turns by 30 to 90 deg in 2.5 to 5 s, or changes the lane (4 deg and back
+    in 3 s); each is a raised cosine. The driver's corrections add 0.3 deg/s (RMS, 1 s). Parameters
+    and result are the same as in `table`.
     """
     rng = np.random.default_rng(seed)
     t = _sample_times(rate, duration)
@@ -57,7 +57,7 @@ def vehicle(rate: float, duration: float, seed: int = 0) -> Floats:
 
 
 def hand(rate: float, duration: float, seed: int = 0) -> Floats:
-    """Return a hand that shakes and turns the sensor: 90 deg/s (RMS), most of it below 4 Hz.
+    """Return the rate of a hand that rotates the sensor: 90 deg/s (RMS), mostly below 4 Hz.
 
     Parameters and result are those of `table`.
     """

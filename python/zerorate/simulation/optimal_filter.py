@@ -1,4 +1,4 @@
-"""The Kalman filter that knows the true model of a gyro: no linear method has a smaller error."""
+"""The Kalman filter with the true model of a gyro: no linear method has a smaller error."""
 
 import math
 from collections.abc import Iterable
@@ -19,11 +19,11 @@ class System:
     F, Q : ndarray, shape (m, m)
         Transition, and covariance of w.
     H : ndarray, shape (m,)
-        What a sample shows of the state.
+        Row that maps the state to a sample.
     R : float
-        Variance of v: white noise, and rounding by a step as white noise of step^2/12.
+        Variance of v: white noise, plus step^2/12 for rounding.
     drift : ndarray, shape (m,)
-        What of the state is drift.
+        Row that maps the state to the drift.
     P : ndarray, shape (m - 1, m - 1)
         Covariance of the states after the level at the first sample.
     """
@@ -90,9 +90,9 @@ class Optimum:
     Attributes
     ----------
     system : System
-        The model that it knows.
+        Model of the filter.
     gains : ndarray, shape (n, m)
-        What each innovation adds to the m states.
+        Gain of each innovation for the m states.
     variance : ndarray, shape (n,)
         Variance of the error of the drift after each sample, (deg/s)^2.
     innovation_variance : ndarray, shape (n,)
@@ -123,8 +123,8 @@ def optimum(model: GyroModel, rate: float, n: int) -> Optimum:
     Parameters
     ----------
     model : GyroModel
-        The gyro. Where its output is rounded the filter takes rounding for white noise of
-        variance step^2/12: nearly the optimum, as the noise fills a step.
+        The gyro. The filter treats rounding as white noise of variance step^2/12. This is nearly
+        optimal, because the noise is not smaller than a step.
     rate : float
         Samples per second, Hz.
     n : int
@@ -134,12 +134,12 @@ def optimum(model: GyroModel, rate: float, n: int) -> Optimum:
     -------
     Optimum
         Gains and error variance. The level has no prior: the first sample sets it, which is the
-        exact limit of an ever wider one.
+        exact limit of ever wider priors.
 
     Raises
     ------
     ValueError
-        If the model has neither white noise nor rounding, or a resonance above half the rate.
+        If the model has neither white noise nor rounding, or has a resonance above half the rate.
 
     Examples
     --------

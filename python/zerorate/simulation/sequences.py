@@ -1,4 +1,4 @@
-"""Sequences of unit size whose spectra are those of the noise terms, from white noise."""
+"""Sequences of unit size with the spectra of the noise terms, made from white noise."""
 
 import math
 
@@ -47,6 +47,6 @@ def markov(white: Floats, step: float) -> Floats:
 
 
 def sinusoid(n: int, cycles: float, phase: float) -> Floats:
-    """Return n samples of a sine, `cycles` of it a sample, from a phase in cycles."""
+    """Return n samples of a sine with `cycles` per sample, from a phase in cycles."""
     sine: Floats = np.sin(2.0 * math.pi * (cycles * np.arange(n) + phase))
     return sine

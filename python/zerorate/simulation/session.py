@@ -56,21 +56,22 @@ class GyroErrors:
     Parameters
     ----------
     matrix : array_like, shape (3, 3), optional
-        W of ``raw = W w + bias + G f``. Default: drawn with `scale` and `misalignment`.
+        W of ``raw = W w + bias + G f``. Default: random with `scale` and `misalignment`.
     scale : float
-        Standard deviation of the diagonal of a drawn matrix about 1; default 0.02.
+        Standard deviation of a random matrix' diagonal about 1; default 0.02.
     misalignment : float
-        Standard deviation of its other elements, rad; default 0.01.
+        Standard deviation of a random matrix' other elements, rad; default 0.01.
     bias : float or array_like, shape (3,)
-        rad/s: the standard deviation of drawn values, or the values; default a standard deviation
+        Standard deviation of random biases, or their values, rad/s. Default: a standard deviation
         of 0.5 deg/s.
     g_sensitivity : float or array_like, shape (3, 3)
-        G, rad/s per g: the standard deviation of each element, or the values; default a standard
+        Standard deviation of each element of G, or the values, rad/s per g. Default: a standard
         deviation of 0.05 deg/s/g.
     noise : NoiseModel, Device or None
-        Default the MPU-6050. A device brings its resolution, too; its turn-on bias is not used.
+        Default: the MPU-6050. A device also has a resolution, which is used; its turn-on bias is
+        not.
     resolution : float, optional
-        Step to which the output is rounded, rad/s; 0 for none. Default: that of the device.
+        Step to which the output is rounded, rad/s; 0 for none. Default: the device's resolution.
     range : float, optional
         Largest output, rad/s, at which it saturates. Default: none.
     temperature : array_like, shape (k,) or (k, 3)
@@ -105,20 +106,20 @@ class AccelErrors:
     Parameters
     ----------
     matrix : array_like, shape (3, 3), optional
-        A of ``raw = A f + bias``, lower triangular, since the axes of the body are those of the
-        accelerometer. Default: drawn with `scale` and `misalignment`.
+        A of ``raw = A f + bias``, lower triangular, because the accelerometer defines the axes of
+        the body. Default: random with `scale` and `misalignment`.
     scale : float
         Standard deviation of the diagonal of a drawn matrix about 1; default 0.02.
     misalignment : float
-        Standard deviation of the elements below it, rad; default 0.01.
+        Standard deviation of the elements below the diagonal, rad; default 0.01.
     bias : float or array_like, shape (3,)
-        m/s^2: the standard deviation of drawn values, or the values; default a standard deviation
+        Standard deviation of random biases, or their values, m/s^2. Default: a standard deviation
         of 20 mg.
     disturbance : float
-        Standard deviation of an offset that is drawn for each axis in each pose, m/s^2: the
-        repeatability of a pose. Default 0.3 mg.
+        Standard deviation of a random offset for each axis in each pose, m/s^2: the repeatability
+        of a pose. Default 0.3 mg.
     noise : NoiseModel, Device or None
-        Default 400 ug/sqrt(Hz) and a bias instability of 40 ug.
+        Default: white noise of 400 ug/sqrt(Hz) and a bias instability of 40 ug.
     resolution : float
         Step to which the output is rounded, m/s^2; 0 for none. Default 1/16384 g.
     range : float, optional
@@ -159,16 +160,16 @@ class SimulatedSession:
     rates
         True angular rate in the axes of the body, rad/s, shape (n, 3).
     orientation
-        Unit quaternions w, x, y, z that turn vectors of the body into the world, whose z is up,
-        shape (n, 4). ``rates`` are their derivative, exactly.
+        Unit quaternions w, x, y, z from the body to the world (z up), shape (n, 4). ``rates`` are
+        their derivative, exactly.
     force
         True specific force in the axes of the body, m/s^2, shape (n, 3).
     bias
         Bias of the gyro at each sample, including drift and temperature, in the unit of the
         samples, shape (n, 3).
     rests, turns
-        Ranges of their samples, from the first to before the last, shape (poses, 2) and (poses - 1,
-        2). A turn begins with the last sample of a rest and ends with the first of the next.
+        First sample and end (exclusive) of each rest and each rotation, shape (poses, 2) and (poses
+        - 1, 2). A turn begins with the last sample of a rest and ends with the first of the next.
 
     Examples
     --------
@@ -210,13 +211,12 @@ def simulate_session(
     Parameters
     ----------
     poses : int, "six" or array_like, shape (m, 4) or (m, 3, 3)
-        Number of poses, each reached from the one before by a rotation about a random axis by a
-        random angle; or "six", each axis up once and down once, exactly; or the poses: quaternions
-        or rotation matrices that turn vectors of the body into the world, whose z is up. Rotations
-        between given poses are the shortest ones. Default 20.
+        Number of poses, each reached from the pose before by a random rotation; or "six": each axis
+        exactly up once and down once; or the poses: quaternions or rotation matrices from the body
+        to the world (z up). Rotations between given poses are the shortest ones. Default 20.
     seed : int
-        Not negative. The same arguments give the same session. Motion, errors and each noise draw
-        from streams of their own.
+        Not negative. The same arguments give the same session. Motion, errors and each noise have
+        separate random streams.
     rate : float
         Samples per second, Hz; default 100.
     rest, turn : float
@@ -236,10 +236,10 @@ def simulate_session(
         RMS angular rate of the hand's tremor, also at rest, rad/s: 1 to 8 Hz. Default 0, for a
         sensor that is put down.
     gyro, accel : GyroErrors, AccelErrors, optional
-        Errors of the sensors; by default those of an ordinary consumer device.
+        Errors of the sensors; by default the errors of an ordinary consumer device.
     temperature : tuple of float or callable, optional
-        Temperature in degC: the first and the last, between which it goes exponentially, three
-        time constants in all; or a function of the seconds, shape (n,). Default: not recorded.
+        Temperature in degC: the first and the last value, with an exponential change over three
+        time constants; or a function of the time in s, shape (n,). Default: not recorded.
     gravity : float
         Local gravity, m/s^2; default 9.80665.
 
@@ -259,9 +259,9 @@ def simulate_session(
     (T. Flash and N. Hogan, "The coordination of arm movements", J. Neurosci. 5(7), 1985, equation
     4); with the wobble its axis moves. The accelerometer is 0.1 m from the centre of the turns.
 
-    Orientation is a closed form of time and the rate its derivative, evaluated at the samples, as
-    a gyro of large bandwidth gives it. Both are exact to rounding; the error of an integral of the
-    samples is the integrator's own.
+    Orientation is a closed form of time. The rate is its derivative at the samples, as from a gyro
+    of large bandwidth. Both are exact to rounding; an integral of the samples has only the
+    integrator's error.
 
     Examples
     --------

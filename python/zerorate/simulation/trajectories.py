@@ -1,4 +1,4 @@
-"""Motions that are swung, carried or driven, in closed form: orientation, rate and velocity.
+"""Motions in closed form: orientation, rate and velocity.
 
 Each function draws a motion and returns it as a `Trajectory`. East, north and up are x, y and z of
 the earth, and the axes of a body that is level and heads east: forward, left and up.
@@ -32,14 +32,14 @@ _X, _Y, _Z = np.eye(3)
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """A motion that may be begun at any of its times.
+    """A motion that can begin at any of its times.
 
     Parameters
     ----------
     at
-        Gives the motion at times, s, shape (n,), from -1 s on.
+        Returns the motion at times, s, shape (n,), from -1 s on.
     ease
-        How long it takes from rest to full speed, s.
+        Time from rest to full speed, s.
     """
 
     at: Callable[[Floats], Motion]
@@ -106,7 +106,7 @@ def spinning_pendulum(random: Random, duration: float) -> Trajectory:
 
 
 def arm(random: Random, duration: float) -> Trajectory:
-    """Return a sensor on the wrist of someone who walks: shoulder, elbow and forearm swing."""
+    """Return a sensor on the wrist of a walking person: shoulder, elbow and forearm swing."""
     step = random.uniform(0.8, 1.1)
     phase = random.uniform(0.0, _TURN)
     way = _Waves.draw(random, 60.0 * _DEG, (0.01, 0.04), random.uniform(0.0, _TURN))
@@ -150,7 +150,7 @@ def vehicle(random: Random, duration: float) -> Trajectory:
 
 
 def circle(random: Random, duration: float) -> Trajectory:
-    """Return a trajectory round a circle, without end, with a little tilt on the way."""
+    """Return an endless trajectory round a circle, with a varying small tilt."""
     turning = _draw_signed(random, 30.0, 90.0) * _DEG
     radius = random.uniform(0.5, 1.5)
     way = _steady_turn(random.uniform(0.0, _TURN), turning)
@@ -166,7 +166,7 @@ def circle(random: Random, duration: float) -> Trajectory:
 
 
 def hand(random: Random, duration: float) -> Trajectory:
-    """Return a trajectory of a hand that turns from pose to pose with hardly a stop."""
+    """Return the trajectory of a hand that rotates from pose to pose almost without stops."""
     rest, turn = 0.3, 1.5
     poses = math.ceil((duration + 2.0) / (rest + turn)) + 1
     turns = turned_by_hand(

@@ -1,4 +1,4 @@
-"""A simulated walk: a sensor on a foot whose way and errors are known."""
+"""A simulated walk: a sensor on a foot with known path and errors."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ class SimulatedWalk:
     position : ndarray, shape (n, 3)
         Position of the sensor: ahead, left and up of the start, m.
     standing : ndarray of bool, shape (n,)
-        Mask of samples at which the foot does not move at all.
+        Mask of samples at which the foot is completely at rest.
     distance : float
-        Level way from stance to stance, m.
+        Horizontal path length from stance to stance, m.
     stride_count : int
         Number of strides.
     rate : float
-        Samples a second.
+        Samples per second, Hz.
 
     Examples
     --------
@@ -88,8 +88,9 @@ def simulate_walk(
 ) -> SimulatedWalk:
     """Simulate the walk of a foot that stands, swings and stands again.
 
-    In a swing the foot follows polynomials that begin and end at rest. It pitches by 0.7 rad up and
-    down, at most at about 9 rad/s with the default `swing`. A stance is still to the last bit.
+    In a swing the foot follows polynomials that begin and end at rest. It pitches up and down by
+    0.7 rad, with a peak rate of about 9 rad/s for the default `swing`. In a stance the foot is
+    exactly at rest.
 
     Parameters
     ----------
@@ -100,19 +101,19 @@ def simulate_walk(
     seed : int
         Seed of noise and biases.
     length : float
-        Length of a stride, m; each is drawn to within a tenth of it.
+        Mean length of a stride, m; each stride varies randomly by up to a tenth.
     stance, swing : float
-        Their durations, s.
+        Durations of stance and swing, s.
     turn : float
-        Turn of each stride to the left, rad.
+        Heading change to the left in each stride, rad.
     step_height : float
         Climb of each stride, m.
     rest : float
-        Rest before the first and after the last stride, s.
+        Duration of the rest before the first and after the last stride, s.
     gyro_noise, accel_noise : float
         White noise, rad/s/sqrt(Hz) and m/s^2/sqrt(Hz).
     gyro_bias : float
-        Standard deviation of the constant biases that are drawn, rad/s.
+        Standard deviation of the random constant biases, rad/s.
     gyro_range : float
         Range of the gyro, at which it clips, rad/s.
 
@@ -163,25 +164,25 @@ def simulate_feet(
     gyro_bias: float = 3e-3,
     gyro_range: float = math.inf,
 ) -> tuple[SimulatedWalk, SimulatedWalk]:
-    """Simulate the walk of a left and of a right foot, each with a sensor of its own.
+    """Simulate the walk of a left and a right foot, each with its own sensor.
 
-    The left one steps first, half a stride; then they alternate, and the right one ends next to it
-    with half a stride. All else is as of `simulate_walk`.
+    The left foot steps first, with half a stride. Then the feet alternate, and the right foot ends
+    next to the left with half a stride. All else is as in `simulate_walk`.
 
     Parameters
     ----------
     rate, strides, seed, length, stance, swing, turn, rest
-        As of `simulate_walk`; strides of each foot.
+        As in `simulate_walk`; strides of each foot.
     step_width : float
         Distance of the feet while they stand side by side, m.
     gyro_noise, accel_noise, gyro_bias, gyro_range
-        As of `simulate_walk`, of both sensors.
+        As in `simulate_walk`, for both sensors.
 
     Returns
     -------
     tuple of SimulatedWalk
-        Left and right, on one clock; positions are in one frame, in which the left foot starts at
-        0, 0, 0 and the right one at 0, -apart, 0.
+        Left and right foot, on one clock. Positions are in one frame, in which the left foot starts
+        at 0, 0, 0 and the right foot at 0, -`step_width`, 0.
 
     Raises
     ------

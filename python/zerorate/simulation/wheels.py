@@ -1,4 +1,4 @@
-"""Wheels of a simulated drive: their speed, with a scale, noise, ticks and slips."""
+"""Wheels of a simulated drive: speeds with scale, noise, ticks and slips."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def wheel_speeds(
     yaw: float = 0.0,
     seed: int = 0,
 ) -> Floats:
-    """Return wheel speeds of a simulated drive, as ``NavigationFilter.process`` takes them.
+    """Return wheel speeds of a simulated drive, for ``NavigationFilter.process``.
 
     Parameters
     ----------
@@ -45,20 +45,20 @@ def wheel_speeds(
     sigma : float
         Standard deviation of white noise, m/s.
     tick : float
-        Distance from count to count, m, by which the speed is rounded; 0 for none.
+        Distance per count, m, to which the speed is rounded; 0 for no rounding.
     slips : int
-        Number of slips, of 0.5 to 2 s, 40 % too slow or 30 % too fast.
+        Number of slips. Each lasts 0.5 to 2 s, and is 40 % too slow or 30 % too fast.
     axle : array_like, shape (3,)
         Vector from the inertial sensors to the axle, forward, right, down, m.
     yaw : float
-        Angle of the rolling direction to the right of the sensors' x, rad.
+        Angle from the sensors' x axis to the rolling direction, positive to the right, rad.
     seed : int
         Seed of noise and slips.
 
     Returns
     -------
     ndarray, shape (n,)
-        m/s, forward.
+        Forward speeds, m/s.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def wheel_ticks(
     yaw: float = 0.0,
     seed: int = 0,
 ) -> Floats:
-    """Return the ticks that a wheel has counted at each sample, for ``Wheels.of_ticks``.
+    """Return the number of ticks counted at each sample, for ``Wheels.of_ticks``.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def wheel_ticks(
     tick : float
         Stated length of a tick, m.
     scale, slips, axle, yaw, seed
-        As of `wheel_speeds`.
+        As in `wheel_speeds`.
 
     Returns
     -------
