@@ -1,4 +1,4 @@
-"""Two feet of one person: both tracks in one frame, with a bound; their differences."""
+"""Two feet of one person: both tracks in one frame with a bound, and their differences."""
 
 from __future__ import annotations
 
@@ -53,12 +53,12 @@ class Asymmetry:
     Parameters
     ----------
     left, right : float
-        Its mean over the strides.
+        Mean of the quantity over the strides of each foot.
     percent : float
-        Left less right, over the mean of both, in per cent: Robinson's symmetry index.
+        Left minus right, divided by the mean of both, in per cent: Robinson's symmetry index.
     percent_sigma : float
-        Standard error, by the scatter of the strides; of swing and stance also by the 0.02 s to
-        which the instants are known that part them.
+        Standard error from the scatter of the strides; for swing and stance times also from the
+        resolution of 0.02 s of their events.
 
     Examples
     --------
@@ -81,11 +81,11 @@ class Feet(Result):
     Parameters
     ----------
     left, right : FootTrack
-        In the frame of the left one.
+        Tracks in the frame of the left foot.
     distance : float
-        The bound on their distance, m.
+        Bound on the distance between the feet, m.
     bound_count : int
-        Number of times at which they were farther apart, and were corrected.
+        Number of times at which the feet were farther apart and the tracks were corrected.
 
     Examples
     --------
@@ -114,7 +114,7 @@ class Feet(Result):
         """Return the asymmetry of strides between the feet, by the names of `Strides`.
 
         R. O. Robinson, W. Herzog, B. M. Nigg, *J. Manipulative and Physiological Therapeutics*
-        10(4), 1987. What has under two strides of a foot is left out.
+        10(4), 1987. Quantities with under two strides of a foot are left out.
         """
         strides_by_side = {"left": self.left.strides(), "right": self.right.strides()}
         asymmetries = {}
@@ -138,33 +138,34 @@ def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Fe
     """Return the tracks of both feet of a person in one frame, with a bound on their distance.
 
     The feet are never farther apart than one step: where the tracks exceed this, their headings
-    have drifted apart. A Kalman smoother over the steps of both, whose headings wander by their
-    standard deviations, corrects that. It cannot see a drift that both headings share.
+    have drifted apart. A Kalman smoother over the steps of both feet corrects this; in it the
+    headings vary within their standard deviations. A drift common to both headings cannot be
+    detected.
 
     Parameters
     ----------
     left, right : FootTrack
-        On one clock; smoothed ones are better. The directions of the sensors' axes are not needed:
-        the right track is aligned with the left one by the first 20 m.
+        Tracks on one clock; smoothed tracks are better. The directions of the sensors' axes are not
+        needed: the first 20 m align the right track with the left one.
     distance : float, default 1.2
         Largest distance of the feet, m: 1.2 when walking, more when running.
 
     Returns
     -------
     Feet
-        Both tracks, with positions, orientations and standard deviations of level position and
-        heading replaced.
+        Both tracks, with new positions, orientations and standard deviations of horizontal position
+        and heading.
 
     Raises
     ------
     ValueError
-        If the tracks have less than 5 s or four stances each in common, or the distance is no
+        If the tracks have less than 5 s or four stances each in common, or the distance is not a
         positive number.
 
     Notes
     -----
     Standard deviations of the position count from the left foot's start. A bound does not make a
-    walk straight: both headings gain only by averaging over two sensors.
+    walk straight: the headings gain only from averaging over two sensors.
 
     I. Skog, J.-O. Nilsson, D. Zachariah, P. Händel, *IPIN*, 2012.
 

@@ -1,4 +1,4 @@
-"""The track of a foot: no receiver, no wheels; now and then the sensor stands."""
+"""The track of a foot, from its stances, without receiver or wheels."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _MAX_RATE_DIFFERENCE: Final = 0.01
 
 @dataclass(frozen=True, eq=False)
 class GeodeticTrack:
-    """A track on the earth, as `zerorate.navigation.write_geojson` takes it.
+    """A track on the earth, for `zerorate.navigation.write_geojson`.
 
     Parameters
     ----------
@@ -84,15 +84,15 @@ class Origin(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FootTrack(SmoothableTrack, Result):
-    """The track of a sensor on a foot over n samples, of `FootNavigation.process`.
+    """The track of a sensor on a foot over n samples, as `FootNavigation.process` returns it.
 
-    The frame is that of the start: x ahead, where the sensor's first axis looks, level, y to the
-    left, z up, m. The heading is relative: it is known to no north.
+    The frame is fixed at the start, in m: x is the horizontal direction of the sensor's first axis,
+    y is left, z is up. The heading is relative to the start, not to north.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
-        Of the samples, s.
+        Times of the samples, s.
     position : ndarray, shape (n, 3)
         x, y, z, m; NaN where samples are missing for too long.
     velocity : ndarray, shape (n, 3)
@@ -103,13 +103,14 @@ class FootTrack(SmoothableTrack, Result):
         rad/s and m/s^2.
     sigma : ndarray, shape (n, 15)
         Standard deviations of position, velocity, orientation about x, y, z, and of the biases; m,
-        m/s, rad, rad/s, m/s^2. Those of position and heading are since the start.
+        m/s, rad, rad/s, m/s^2. The standard deviations of position and heading count from the
+        start.
     stances : ndarray of int, shape (s, 2)
-        First sample and past the last of each stance.
+        First sample and end (exclusive) of each stance.
     lowest : ndarray of int, shape (s,)
         Sample of least motion in each stance.
     rests : ndarray of int, shape (r, 2)
-        First sample and past the last of the rests from which the gyro's bias was learned.
+        First sample and end (exclusive) of the rests from which the gyro's bias was learned.
     clipped : tuple of ClippedAxis
         Axes at which the gyro was clipped.
     bound : ndarray, shape (n,)
@@ -117,9 +118,9 @@ class FootTrack(SmoothableTrack, Result):
     rejection_count : int
         Number of nodes of stances that the filter rejected.
     swings : Swings
-        From stance to stance, with the tests that a foot's swings pass.
+        Swings from stance to stance, with the tests that swings of a foot pass.
     rides : tuple of Ride
-        Rides in a lift: the track does not contain their height, its standard deviation does.
+        Rides in a lift. The track does not include their height, but its standard deviation does.
     smoothed : bool
         True if each sample was smoothed with the whole recording.
     source : str
@@ -127,9 +128,9 @@ class FootTrack(SmoothableTrack, Result):
     notes : tuple of str
         Sentences on what was restored, left out or assumed.
     alarms : tuple of str
-        Contradictions in the recording, a sentence each.
+        Contradictions in the recording, one sentence each.
     origin : Origin, optional
-        Where the walk starts on the earth.
+        Start of the walk on the earth.
 
     Examples
     --------
@@ -166,12 +167,12 @@ class FootTrack(SmoothableTrack, Result):
 
     @property
     def foot_share(self) -> float:
-        """Share of the swinging time that passes for a foot's, 0 to 1; NaN without swings."""
+        """Share of the swing time that passes the tests of a foot, 0 to 1; NaN without swings."""
         return self.swings.share
 
     @property
     def distance(self) -> float:
-        """Level way from stance to stance, m."""
+        """Horizontal path length from stance to stance, m."""
         positions = self.position[self.lowest, :2]
         positions = positions[np.isfinite(positions[:, 0])]
         return float(np.hypot(*np.diff(positions, axis=0).T).sum())
@@ -190,7 +191,7 @@ class FootTrack(SmoothableTrack, Result):
         return measure_strides(self)
 
     def smooth(self) -> FootTrack:
-        """Return the best estimate: each sample in the light of all, before and after it.
+        """Return the best estimate: each sample uses all samples, before and after it.
 
         At the last sample it is the filter's estimate.
 
@@ -199,7 +200,7 @@ class FootTrack(SmoothableTrack, Result):
         ValueError
             If this track is smoothed, or its steps were not kept.
         MemoryError
-            If there is none for what the smoother says.
+            If there is not enough memory for the smoother's result.
         """
         steps = smooth_steps(self._steps, self.smoothed)
         error, sigma = interpolate_steps(self.time, steps)
@@ -225,16 +226,16 @@ class FootTrack(SmoothableTrack, Result):
         Parameters
         ----------
         latitude, longitude : float
-            Of the start, deg.
+            Latitude and longitude of the start, deg.
         heading : float
-            Where x looks at the start, deg from north over east.
+            Direction of x at the start, deg from north over east.
         height : float
-            Of the start, m.
+            Height of the start, m.
 
         Raises
         ------
         ValueError
-            If a number is none, or the latitude is beyond 89.5 deg.
+            If a number is not finite, or the latitude is beyond 89.5 deg.
         """
         start = {"latitude": latitude, "longitude": longitude, "heading": heading, "height": height}
         for name, value in start.items():
@@ -274,23 +275,23 @@ class FootTrack(SmoothableTrack, Result):
 class FootNavigation:
     """Position and attitude of a sensor on a foot, from its gyro and accelerometer alone.
 
-    Now and then the foot stands, and its velocity is zero. Stances are the minima of a bound of the
-    speed, without a threshold tuned to a sensor or a gait, and the noise of the zero velocity
-    follows from the same bound. Rates that the gyro clipped at its range are restored first; its
-    bias is learned where the foot rests for half a second, never from zero velocities. It processes
-    a whole recording; `FootFilter` is the live form. Without a rest at the start it
-    begins in the first deep stance, and integrates the samples before it backwards.
+    In each stance the velocity of the foot is zero. Stances are the minima of a speed bound,
+    without a threshold tuned to a sensor or a gait. The noise of the zero velocity follows from the
+    same bound. Rates clipped at the gyro's range are restored first. The gyro's bias is learned
+    while the foot rests for half a second, never from zero velocities. It processes a whole
+    recording; `FootFilter` is the live form. Without a rest at the start it begins in the first
+    deep stance, and integrates the samples before it backwards.
 
-    Motion that is not a foot's is refused: a wrist, a hand, a pocket, a vehicle. A foot rotates
-    fast in its swings, stands between them, and stands with the same tilt each time.
+    Motion of a wrist, a hand, a pocket or a vehicle raises an error. A foot rotates fast in its
+    swings, stands between them, and stands with the same tilt each time.
 
     Parameters
     ----------
     rate : float, optional
-        Samples a second, if it is to be checked against the recording's.
+        Samples per second, Hz, to check against the recording's rate.
     floor : {None, "level"}, default None
-        "level": stances within 0.1 m of the current floor are on it; higher or lower ones begin
-        another, as on a stair. It flattens ramps of less than 0.1 m a stride.
+        "level": stances within 0.1 m of the current floor are moved onto it; higher or lower
+        stances begin another floor, as on a stair. It flattens ramps of less than 0.1 m per stride.
     restore : bool, default True
         Restore rates that the gyro clipped.
     assume_foot : bool, default False
@@ -303,10 +304,10 @@ class FootNavigation:
 
     Notes
     -----
-    Between 48 and some thousand samples a second. A sample that is not finite is missing: the last
-    one replaces it for a tenth of a second, then the standard deviations grow. After a gap of more
-    than a second the track continues from its last position, with standard deviations for the
-    distance that the foot may have gone.
+    The rate may be from 48 Hz to some thousand. A sample that is not finite counts as missing: the
+    last sample replaces it for a tenth of a second, then the standard deviations grow. After a gap
+    of more than a second the track continues from its last position, with standard deviations for
+    the distance that the foot may have gone.
 
     Examples
     --------
@@ -349,21 +350,21 @@ class FootNavigation:
         Parameters
         ----------
         imu : Recording
-            rad/s and m/s^2, or in units that are known; axes as they are.
+            Recording in rad/s and m/s^2, or in other known units, in any axes.
         keep : {"all", "track"}, default "all"
-            "track" leaves out what the smoother needs, 2 to 3 kB every 0.02 s.
+            "track" leaves out the data for the smoother, 2 to 3 kB every 0.02 s.
 
         Returns
         -------
         FootTrack
-            What the filter knows after each sample; `FootTrack.smooth` gives the best estimate.
+            Estimates after each sample; `FootTrack.smooth` gives the best estimate.
 
         Raises
         ------
         LogError
-            If gyro or accelerometer are missing, or not of three axes.
+            If gyro or accelerometer is missing or does not have three axes.
         ValueError
-            If the recording is under a second, below 48 Hz or of another rate; or if its motion is
+            If the recording is under a second, below 48 Hz or has another rate, or if its motion is
             not that of a foot.
         """
         if keep not in ("all", "track"):

@@ -20,12 +20,12 @@ _GRAVITY_M_S2: Final = 9.81
 
 
 class Lead(NamedTuple):
-    """Samples from the first one that is known to that at which the filter begins.
+    """Samples from the first known one to the one at which the filter begins.
 
     Attributes
     ----------
     first, begin : int
-        First sample, and the last one: there the foot stands.
+        First and last sample; at the last one the foot stands.
     gyro, accel : ndarray, shape (begin - first + 1, 3)
         Rates, rad/s, restored where they were clipped, and forces, m/s^2.
     """
@@ -38,16 +38,16 @@ class Lead(NamedTuple):
     def go_back(
         self, time: Floats, quaternion: Floats, biases: Floats
     ) -> tuple[Floats, Floats, Floats]:
-        """Return position, velocity and quaternion of all but the last, seen from the last.
+        """Return position, velocity and quaternion of all but the last, relative to the last.
 
         Parameters
         ----------
         time : ndarray, shape (n,)
-            Of all samples, s.
+            Times of all samples, s.
         quaternion : ndarray, shape (4,)
-            At the last, from the sensor's axes to ahead, left, up.
+            Quaternion at the last sample, from the sensor's axes to ahead, left, up.
         biases : ndarray, shape (2, 3)
-            Of gyro and accelerometer there.
+            Biases of gyro and accelerometer at the last sample.
         """
         native = product(inverse(HALF_TURN_ABOUT_X), quaternion)
         samples = time[self.first : self.begin + 1]
@@ -58,8 +58,9 @@ class Lead(NamedTuple):
     def variance(self, time: Floats, position: Floats, sigma: Floats) -> Floats:
         """Return the variance of positions that these samples add, m², shape (n, 3).
 
-        Positions count from the first, velocity and tilt are known at the last. A tilt takes
-        gravity for a level acceleration, and level ones for a vertical one.
+        Positions count from the first sample; velocity and tilt are known at the last. A tilt error
+        turns gravity into a horizontal acceleration, and horizontal accelerations into a vertical
+        one.
 
         Parameters
         ----------
@@ -68,7 +69,7 @@ class Lead(NamedTuple):
         position : ndarray, shape (n, 3)
             m.
         sigma : ndarray, shape (15,)
-            Standard deviations at the last, of which those of velocity and tilt count.
+            Standard deviations at the last sample; those of velocity and tilt are used.
         """
         whole = float(time[self.begin] - time[self.first])
         since = np.clip(time - time[self.first], 0.0, whole)
@@ -85,9 +86,9 @@ class Lead(NamedTuple):
     def replace_in(
         self, time: Floats, track: tuple[Floats, Floats, Floats], biases: Floats
     ) -> tuple[Floats, Floats, Floats]:
-        """Return a track of n samples that goes back from the last as that is known now.
+        """Return a track of n samples, integrated backward from the current last state.
 
-        Position and heading of the first are zero.
+        Position and heading of the first sample are zero.
 
         Parameters
         ----------
@@ -96,7 +97,7 @@ class Lead(NamedTuple):
         track : tuple of ndarray
             Positions and velocities, (n, 3), and quaternions, (n, 4).
         biases : ndarray, shape (2, 3)
-            Of gyro and accelerometer at the last.
+            Biases of gyro and accelerometer at the last sample.
         """
         first, begin = self.first, self.begin
         position, velocity, quaternion = (values.copy() for values in track)

@@ -37,9 +37,9 @@ class Ride(NamedTuple):
     Attributes
     ----------
     start, end : int
-        First sample and past the last.
+        First sample and end (exclusive).
     height : float
-        By how much it went up, m.
+        Height gained, m.
 
     Examples
     --------
@@ -61,7 +61,7 @@ class _Pulse(NamedTuple):
 
 
 def find_rides(time: Floats, gyro: Floats, accel: Floats) -> tuple[Ride, ...]:
-    """Return the rides in a lift, of n samples of a foot.
+    """Return the rides in a lift in n samples of a foot.
 
     Parameters
     ----------
@@ -72,8 +72,8 @@ def find_rides(time: Floats, gyro: Floats, accel: Floats) -> tuple[Ride, ...]:
 
     Notes
     -----
-    A lift speeds up and slows down: the force along the vertical has two pulses of opposite signs
-    and of the same area, the speed v, and the height is v times the time between them.
+    A lift speeds up and slows down: the vertical force has two pulses of opposite signs and equal
+    area. The area is the speed v, and the height is v times the time between the pulses.
     """
     rides: list[Ride] = []
     pulses = sorted(_find_pulses(time, gyro, accel))
@@ -150,7 +150,7 @@ def describe_rides(rides: tuple[Ride, ...], time: Floats) -> Iterator[str]:
 
 
 def ride_variance(rides: tuple[Ride, ...], n: int) -> Floats:
-    """Return the variance of the height by rides that are not in the track, m², shape (n,)."""
+    """Return the variance of the height from rides that are not in the track, m², shape (n,)."""
     variance = np.zeros(n)
     for ride in rides:
         variance[ride.start :] += ride.height**2

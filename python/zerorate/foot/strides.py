@@ -1,4 +1,4 @@
-"""Strides of one foot: from stance to stance, in numbers."""
+"""Strides of one foot, from stance to stance: length, times and other quantities."""
 
 from __future__ import annotations
 
@@ -29,33 +29,33 @@ class Strides:
 
     Names and definitions are those of gaitmap, whose strides also go from one moment of least
     velocity to the next (``min_vel``), and whose times count from the contact before to the contact
-    at the end. Events differ: stances here are the minima of the speed bound, which begin after the
-    heel strikes and end before the toe leaves, so `stance_time` is shorter than between contacts,
-    and `swing_time` longer.
+    at the end. The events differ: stances here are the minima of the speed bound, which begin after
+    heel strike and end before toe-off. So `stance_time` is shorter than between contacts, and
+    `swing_time` is longer.
 
     Parameters
     ----------
     start, end : ndarray of int, shape (m,)
         Samples of least motion in the stance before and after.
     stride_time : ndarray, shape (m,)
-        From the beginning of the stance before to that of the stance after, s; NaN if the person
-        stood before, for 1.5 s or more, or since the recording began.
+        Time from the beginning of the stance before to the beginning of the stance after, s. NaN if
+        the stance before lasted 1.5 s or more, or since the recording began.
     swing_time : ndarray, shape (m,)
-        Between both stances, s.
+        Time between both stances, s.
     stance_time : ndarray, shape (m,)
-        Of the stance before, s; NaN as above.
+        Duration of the stance before, s; NaN as above.
     stride_length : ndarray, shape (m,)
         Level distance from stance to stance, m.
     height_change : ndarray, shape (m,)
         Change of the foot's height, m.
     gait_velocity : ndarray, shape (m,)
-        Length over time, m/s; NaN as above.
+        Length divided by time, m/s; NaN as above.
     turning_angle : ndarray, shape (m,)
-        Turn of the foot to the left, rad.
+        Heading change of the foot to the left, rad.
     arc_length : ndarray, shape (m,)
         Length of the path through the air, m.
     max_sensor_lift : ndarray, shape (m,)
-        Largest height of the sensor over the stance before, m.
+        Largest height of the sensor above the stance before, m.
     max_lateral_excursion : ndarray, shape (m,)
         Largest horizontal distance from the line between both stances, m; for straight strides it
         measures the outward swing of the leg.
@@ -88,7 +88,7 @@ class Strides:
 
     @property
     def cadence(self) -> float:
-        """Steps of both feet a minute, of the median stride; NaN without one."""
+        """Steps of both feet per minute, from the median stride; NaN without strides."""
         known = self.stride_time[np.isfinite(self.stride_time)]
         return 60.0 * _STEPS_PER_STRIDE / float(np.median(known)) if known.size else float("nan")
 

@@ -1,4 +1,4 @@
-"""Swings of a track, and the tests that those of a foot pass."""
+"""Swings of a track, and the tests that swings of a foot pass."""
 
 from __future__ import annotations
 
@@ -80,27 +80,28 @@ _TESTS: Final = (
 
 @dataclass(frozen=True, eq=False)
 class Swings:
-    """The m swings of a track, of `FootTrack.swings`, each from one stance to the next.
+    """The m swings of a track (`FootTrack.swings`), each from one stance to the next.
 
     Parameters
     ----------
     start, end : ndarray of int, shape (m,)
-        Last sample of the stance before, and first of that after, of nodes of the covariance.
+        Last sample of the stance before, and first sample of the stance after, among the nodes of
+        the covariance.
     duration : ndarray, shape (m,)
         s.
     turn : ndarray, shape (m,)
         Largest angular rate, rad/s.
     depth : ndarray, shape (m,)
-        Larger speed bound of both stances, over the 0.9 quantile of that in the swing.
+        Larger speed bound of both stances, divided by the 0.9 quantile of the bound in the swing.
     tilt : ndarray, shape (m,)
-        Angle between the verticals of both stances in the sensor's axes, rad.
+        Angle between the vertical directions of both stances in the sensor's axes, rad.
     lean : ndarray, shape (m,)
-        Larger angle between mean force and vertical of both stances, rad.
+        Larger of both stances' angles between mean force and vertical, rad.
     way : ndarray, shape (m,)
         Distance between both stances, m.
     vertical_velocity, vertical_velocity_sigma : ndarray, shape (m,)
-        Vertical velocity that the stance after it corrects, positive up, m/s, and its standard
-        deviation.
+        Vertical velocity that the stance after the swing corrects, positive up, m/s, and its
+        standard deviation.
 
     Examples
     --------
@@ -124,7 +125,7 @@ class Swings:
 
     @classmethod
     def from_rows(cls, rows: Floats) -> Swings:
-        """Return them from the rows of the compiled filter, shape (m, 10)."""
+        """Return swings from the rows of the compiled filter, shape (m, 10)."""
         start, end = rows[:, :2].astype(np.int64).T
         duration = np.maximum(rows[:, 2], _MIN_SWING_S)
         turn, depth, tilt, lean, way, down, sigma = rows[:, 3:].T
@@ -141,17 +142,17 @@ class Swings:
 
     @property
     def are_judged(self) -> bool:
-        """True if there are swings enough to judge: 0.5 s of them."""
+        """True if there are enough swings to judge: 0.5 s in total."""
         return bool(self.duration.sum() >= _MIN_SWINGING_S)
 
     @property
     def share(self) -> float:
-        """Share of the swinging time that passes all five tests; NaN without swings."""
+        """Share of the swing time that passes all five tests; NaN without swings."""
         return self._share(np.logical_and.reduce(list(self.tests.values())))
 
     @property
     def moves(self) -> bool:
-        """True if it is no foot's for another reason than that it stays where it is."""
+        """True if the motion is not that of a foot, for another reason than staying in place."""
         tests = self.tests
         del tests["way"]
         return self._share(np.logical_and.reduce(list(tests.values()))) < MIN_SHARE
@@ -161,9 +162,7 @@ class Swings:
         return float(self.duration[passed].sum()) / total if total > 0.0 else math.nan
 
     def describe_failure(self) -> str:
-        """Return a clause on the test that most of the swinging time fails, with its median there.
-
-        Some of it fails one.
+        """Return a clause on the test that most of the swing time fails, with its median.
         """
         shares = {name: self._share(passed) for name, passed in self.tests.items()}
         worst = min(_TESTS, key=lambda test: shares[test.name])
@@ -174,7 +173,7 @@ class Swings:
         )
 
     def stray_spans(self) -> list[tuple[int, int]]:
-        """Return the spans of samples that are no foot's: from start to end, by windows of six."""
+        """Return the spans of samples without foot motion, from windows of six swings."""
         passed = np.logical_and.reduce(list(self.tests.values()))
         stray = np.zeros(len(self), bool)
         if len(self) >= _WINDOW:
@@ -194,7 +193,7 @@ class Swings:
         return spans
 
     def notes(self, time: Floats) -> Iterator[str]:
-        """Yield what makes it doubtful that it is a foot's."""
+        """Yield the reasons to doubt that the motion is that of a foot."""
         if not self.are_judged:
             return
         share = self.share
@@ -218,19 +217,19 @@ class Swings:
             yield f"from {time[start]:.0f} to {time[end]:.0f} s it is on no foot"
 
     def climb_variance(self, height: Floats, *, clipped: bool, level: bool) -> Floats:
-        """Return the variance of the height by drifts of one sign in all swings, m², shape (n,).
+        """Return the variance of the height from drifts of one sign in all swings, m², (n,).
 
-        Stances take away a vertical velocity, not the height that it has made. What is random in
-        it cancels; a tilt that is wrong in each swing by the same does not.
+        Stances correct a vertical velocity, not the height error that it has caused. Random errors
+        cancel over the swings; a tilt error that is the same in each swing does not.
 
         Parameters
         ----------
         height : ndarray, shape (n,)
-            Of the track, m.
+            Height of the track, m.
         clipped : bool
-            The gyro is clipped: count what may be random, too.
+            True if the gyro is clipped: possibly random errors are then included.
         level : bool
-            The floor is level: count only swings that begin another floor.
+            True if the floor is level: only swings that begin another floor are then included.
         """
         rise = height[self.end] - height[self.start] if len(self) else np.empty(0)
         counted = self.duration * (np.abs(rise) >= MAX_FLOOR_STEP_M if level else 1.0)
@@ -242,7 +241,7 @@ class Swings:
         return variance
 
     def stray_variance(self, time: Floats) -> Floats:
-        """Return the variance of the position by spans that are no foot's, m², shape (n,)."""
+        """Return the variance of the position from spans without foot motion, m², shape (n,)."""
         inside = np.zeros(len(time), bool)
         for start, end in self.stray_spans():
             inside[start:end] = True

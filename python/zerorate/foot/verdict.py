@@ -1,4 +1,4 @@
-"""Refusals and notes on tracks that may not be those of a foot."""
+"""Errors and notes for tracks that may not be from a foot."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ def refuse_other_bodies(
     gyro : ndarray, shape (n, 3)
         rad/s.
     stances : ndarray of int, shape (s, 3)
-        First sample, past the last and lowest of each.
+        First sample, end (exclusive) and sample of least motion of each stance.
     swings : Swings
-        Between them.
+        Swings between the stances.
     """
     if swings.are_judged:
         if swings.share < MIN_SHARE and swings.moves:
@@ -56,16 +56,16 @@ def refuse_other_bodies(
 
 
 def describe_doubts(time: Floats, outputs: dict[str, Any], swings: Swings) -> Iterator[str]:
-    """Yield what makes it doubtful that the track is right.
+    """Yield the reasons to doubt that the track is right.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
         s.
     outputs : dict
-        Of the compiled filter: stances, rejections, how often it was levelled again.
+        Outputs of the compiled filter: stances, rejections, number of repeated levellings.
     swings : Swings
-        Of the track.
+        Swings of the track.
     """
     stances = outputs["stances"]
     yield from swings.notes(time)
