@@ -1,4 +1,4 @@
-"""Peaks of a vibration that the sampling folds: they move against the peak they belong to."""
+"""Aliased peaks of a vibration: they move opposite to the peak they belong to."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _MAX_CHANCE: Final = 1e-6
 
 
 class AliasedHarmonic(NamedTuple):
-    """A harmonic k f₁ that is seen at |k f₁ − m f_s|: frequencies, Hz, its amplitude and error."""
+    """A harmonic k f₁ visible at |k f₁ − m f_s|: frequencies, Hz, amplitude and its error."""
 
     order: int
     fold: int
@@ -40,12 +40,13 @@ def find_aliased_harmonic(parts: Floats, rate: float) -> AliasedHarmonic | None:
     """Return the largest aliased harmonic of the strongest peak, None if none is seen.
 
     The strongest peak of each window gives the aliased frequencies of its harmonics. A harmonic is
-    seen where peaks are there in most windows, and are not where other windows say.
+    found if most windows have a peak at their own aliased frequency, and not at those of other
+    windows.
 
     Parameters
     ----------
     parts : array of float64, shape (m, n, 3)
-        Windows of a second of an accelerometer, with n samples each.
+        One-second windows of an accelerometer, with n samples each.
     rate : float
         Hz.
     """

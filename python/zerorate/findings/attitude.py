@@ -1,4 +1,4 @@
-"""The attitude: inclination against gravity as rests begin, trust, and the log's own estimate."""
+"""The attitude: inclination against gravity when rests begin, and the log's own estimate."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _SIGNIFICANCE_SIGMAS: Final = 3.0
 
 
 class Course(NamedTuple):
-    """Up in the axes of the sensor at some times since the beginning, with its sigma.
+    """The upward direction in the sensor's axes at some times, with its sigma.
 
     Shapes (m,), (m, 3), (m,), (m,) in rad, and (m,): True for a rest that may be a rate table.
     """
@@ -57,7 +57,7 @@ class Course(NamedTuple):
 
 
 def attitude_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield findings on the inclination, by the sensors of the first IMU and by the log itself."""
+    """Yield findings on the inclination, from the first IMU and from the log's estimate."""
     imu = next((imu_candidate for imu_candidate in imus if imu_candidate.still.size), None)
     if imu is None or imu.gyro is None or imu.accel is None:
         return

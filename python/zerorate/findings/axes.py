@@ -25,7 +25,7 @@ _REPORTED_STATUSES: Final = ("agrees", "partly seen")
 
 
 def axes_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield findings on the axes of the first IMU and of a magnetometer, by motion."""
+    """Yield findings on the axes of the first IMU and of a magnetometer, from motion."""
     if not imus or imus[0].gyro is None or imus[0].accel is None:
         return
     name = imus[0].gyro.name

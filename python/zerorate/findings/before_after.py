@@ -32,12 +32,12 @@ _EXCLUDED_SECTIONS: Final = (CONTENTS, ENTER, RECORD)
 
 @dataclass(frozen=True)
 class Change:
-    """One kind of finding on one sensor in two logs, of which one may not have it.
+    """One kind of finding on one sensor in two logs; one log may lack it.
 
     Parameters
     ----------
     before, after : Finding, optional
-        Of the one log, and of the other.
+        The finding in the earlier log, and in the later log.
 
     Examples
     --------
@@ -53,14 +53,14 @@ class Change:
 
     @property
     def finding(self) -> Finding:
-        """The later of those that there are."""
+        """The finding in the later log, or else in the earlier one."""
         finding = self.after or self.before
         assert finding is not None
         return finding
 
     @property
     def difference(self) -> tuple[float, float] | None:
-        """After less before and its standard error, None where either is not known."""
+        """After minus before, and its standard error; None if either is not known."""
         before, after = self.before, self.after
         if before is None or after is None or before.unit != after.unit:
             return None
@@ -116,16 +116,16 @@ class BeforeAfter(Result):
 
     @property
     def alarms(self) -> tuple[str, ...]:
-        """Findings to act on in either log, a sentence each."""
+        """Findings to act on in either log, one sentence each."""
         return tuple(dict.fromkeys((*self.before.alarms, *self.after.alarms)))
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Assumptions made to read either log, a sentence each."""
+        """Assumptions made to read either log, one sentence each."""
         return tuple(dict.fromkeys((*self.before.notes, *self.after.notes)))
 
     def findings_from(self, level: str) -> tuple[Finding, ...]:
-        """Return the findings of the later log of a severity or a worse one, the worst first."""
+        """Return the later log's findings of at least this severity, the worst first."""
         return self.after.findings_from(level)
 
     @cached_property
@@ -167,15 +167,15 @@ class BeforeAfter(Result):
 
 
 def before_after(before: Report, after: Report) -> BeforeAfter:
-    """Return two reports side by side: of one device before and after it was changed, say.
+    """Return two reports side by side, for example before and after a change of a device.
 
-    Findings belong together that are of one kind on one sensor. Numbers differ where both have a
-    standard error and are further apart than three of them.
+    Findings of one kind on one sensor belong together. Two numbers differ if both have a standard
+    error and their difference exceeds three of them.
 
     Raises
     ------
     TypeError
-        If one of them is no report.
+        If an argument is not a report.
 
     Examples
     --------

@@ -29,7 +29,7 @@ _SLOW_RATE_HZ: Final = 50.0
 
 
 def clock_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield findings on each clock that differs from those before."""
+    """Yield findings on each clock that differs from earlier clocks."""
     reported: set[tuple[object, int]] = set()
     for imu in imus:
         for sensor in imu.sensors:

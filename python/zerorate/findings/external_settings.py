@@ -1,4 +1,4 @@
-"""Settings for PX4, ArduPilot, Kalibr and robot_localization, as their files have them."""
+"""Settings for PX4, ArduPilot, Kalibr and robot_localization, in their file formats."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ _MAX_POSE_COSINE: Final = np.cos(np.radians(30.0))
 class LogModels(NamedTuple):
     """Models of a log for the settings of other programs.
 
-    A model of the noise of the gyro and one of the accelerometer, a calibration, and why there is
-    none; None, or empty, where nothing is known.
+    Noise models of gyro and accelerometer, a calibration, and the reason if there is no
+    calibration; None, or empty, if unknown.
     """
 
     gyro: NoiseModel | None
@@ -93,7 +93,7 @@ def _is_posed(imu: Imu) -> bool:
 
 
 def settings_findings(imu: Imu, models: LogModels) -> Iterator[Finding]:
-    """Yield the settings of each program that the log determines, as lines of its own files."""
+    """Yield the settings of each program that the log determines, as lines of its files."""
     longest = max(imu.rests, key=lambda rest: rest.seconds, default=None)
     static_spans = () if longest is None else rest_spans([longest])
     for program, write in _noise_files(imu, models).items():

@@ -20,27 +20,27 @@ class Finding:
     Parameters
     ----------
     section : str
-        Of the report: ``"The clock"`` for instance.
+        Section of the report, such as ``"The clock"``.
     kind : str
-        The name of its limit in ``LIMITS``, or what it is.
+        Name of its limit in ``LIMITS``, or a description.
     severity : str
         ``"good"``, ``"look"`` or ``"act"``.
     text : str
-        One sentence: what is seen, never its cause.
+        One sentence: the observation, never its cause.
     value : float, optional
-        The number that it rests on; NaN is never one.
+        Number behind the finding; never NaN.
     unit : str
-        Of the number.
+        Unit of the number.
     sigma : float, optional
-        Standard error of the number; None where none is known.
+        Standard error of the number; None if unknown.
     spans : tuple of (float, float)
-        Seconds since the log began that it rests on.
+        Time spans of its data, s since the log began.
     figure : str
-        Anchor of the figure that shows it; empty for none.
+        Anchor of the figure that shows the finding; empty for none.
     advice : str
-        What to do, or to record next; empty for nothing.
+        What to do, or what to record next; empty for nothing.
     code : str
-        Lines to enter, as a file of another program has them; empty for none.
+        Lines to enter into another program's file; empty for none.
 
     Examples
     --------
@@ -64,7 +64,7 @@ class Finding:
 
 
 def count_noun(count: int, noun: str) -> str:
-    """Return a number with its noun, which is plural unless it is one."""
+    """Return a number with its noun, plural unless the number is one."""
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 

@@ -34,8 +34,9 @@ _DELAY_TOLERANCE_S: Final = 1e-5
 class GyroDifference(NamedTuple):
     """Difference of a second gyro from a first.
 
-    The rate of the first at t is that of the second at t + delay, turned by `matrix` and times
-    `scale` along the axes of the first. Sigmas are infinite if rotations do not determine them.
+    The rate of the first gyro at t is the rate of the second at t + delay, rotated by `matrix` and
+    multiplied by `scale` along the axes of the first. Sigmas are infinite if rotations do not
+    determine them.
     """
 
     correlation: float
@@ -103,12 +104,12 @@ class _GyroIntegral:
 
 
 def compare_gyros(first: Sensor, second: Sensor) -> GyroDifference | None:
-    """Return the difference of a gyro from another, None where they turn too little for it.
+    """Return the difference of a gyro from another; None if there is too little rotation.
 
     Mean rates over cells of 0.04 s, by integrals of both, follow a linear model of nine numbers, a
-    bias and a delay (Gauss-Newton); its polar decomposition is rotation and scale. Errors are those
-    of a jackknife over twelve parts of equal evidence, which holds for coloured noise too, and of
-    the noise in what is compared with, which makes scales look small.
+    bias and a delay (Gauss-Newton); its polar decomposition is rotation and scale. Standard errors
+    come from a jackknife over twelve parts of equal evidence, which is also valid for coloured
+    noise. They include the noise of the first gyro, which makes scales look small.
     """
     mine, its = _GyroIntegral(first), _GyroIntegral(second)
     cells = _select_cells(first, mine, its)

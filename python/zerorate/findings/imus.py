@@ -42,14 +42,14 @@ class Blocks:
 
 @dataclass(frozen=True)
 class StaticInterval:
-    """Blocks from one to before another in which an IMU rests."""
+    """Range of blocks (end exclusive) in which an IMU is at rest."""
 
     first: int
     last: int
 
     @property
     def seconds(self) -> float:
-        """Its length."""
+        """Length of the interval, s."""
         return BLOCK_S * (self.last - self.first)
 
 
@@ -66,11 +66,11 @@ class Sensor:
 
     @property
     def figure(self) -> str:
-        """The anchor of its figure."""
+        """Anchor of the sensor's figure."""
         return f"figure-{self.name}"
 
     def spans(self, rows: Integers, max_gap: float = 0.0) -> tuple[tuple[float, float], ...]:
-        """Return the seconds of some rows, those next to each other as one."""
+        """Return the time spans of rows, s; neighbouring rows form one span."""
         pairs = runs_of_rows(rows, max(1, round(max_gap * self.log.rate))).tolist()
         times, period = self.log.sampled, 1.0 / self.log.rate
         return tuple(
@@ -127,7 +127,7 @@ def _sums(values: npt.NDArray[Number], cuts: Integers) -> npt.NDArray[Number]:
 
 @dataclass(frozen=True, eq=False)
 class Imu:
-    """A gyro and an accelerometer of one device, of which one may be missing."""
+    """A gyro and an accelerometer of one device; one may be missing."""
 
     name: str
     gyro: Sensor | None
@@ -135,7 +135,7 @@ class Imu:
 
     @property
     def sensors(self) -> tuple[Sensor, ...]:
-        """Those that there are."""
+        """The sensors that exist."""
         return tuple(sensor for sensor in (self.gyro, self.accel) if sensor is not None)
 
     @cached_property
@@ -160,7 +160,7 @@ class Imu:
 
     @cached_property
     def rests(self) -> tuple[StaticInterval, ...]:
-        """Its rests of two seconds and more."""
+        """Static intervals of at least two seconds."""
         return tuple(
             StaticInterval(a, b) for a, b in runs(self.still).tolist() if b - a >= _MIN_REST_BLOCKS
         )
@@ -177,7 +177,7 @@ def _is_quiet(
 
 
 def cut_log(log: Log, begin: float, end: float) -> Log:
-    """Return the samples of a log between two times of its clock; LogError where there are none."""
+    """Return a log's samples between two times of its clock; LogError if there are none."""
     low, high = np.searchsorted(log.sampled, [begin, end]).tolist()
     if high - low < 2:
         raise LogError(f"{', '.join(log.names)}: no samples from {begin:.6g} to {end:.6g} s")
@@ -190,7 +190,7 @@ def start_time(recording: Recording) -> float:
 
 
 def find_imus(recording: Recording) -> tuple[Imu, ...]:
-    """Return the IMUs of a recording, those with both sensors of one name and number."""
+    """Return the IMUs of a recording, pairing sensors with the same name and number."""
     start = start_time(recording)
     numbers = dict.fromkeys(_list_imu_numbers(recording))
     labels = sensor_labels(recording)

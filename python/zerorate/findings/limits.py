@@ -1,4 +1,4 @@
-"""The limits from which a finding is worth a look, or requires action, with their sources."""
+"""The limits above which a finding is worth a look or requires action, with sources."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ class Limit:
     Parameters
     ----------
     what : str
-        The quantity that it bounds.
+        Quantity with this limit.
     unit : str
-        Of both numbers.
+        Unit of both bounds.
     look, act : float
         Bounds above which a finding is worth a look, and above which it requires action; infinity
         for never.
     source : str
-        Who says so; ``"own: "`` and the reason for a limit that is only this package's.
+        Source of the limit; ``"own: "`` and the reason if this package has set it.
 
     Examples
     --------
@@ -41,7 +41,7 @@ class Limit:
     source: str
 
     def severity(self, value: float, sigma: float = 0.0) -> Severity:
-        """Return the severity of a value, which must pass ``act`` by two standard errors."""
+        """Return the severity of a value; "act" requires that it passes by two standard errors."""
         if value - 2.0 * sigma >= self.act:
             return "act"
         return "look" if value >= self.look else "good"

@@ -1,4 +1,4 @@
-"""The magnetometer's disturbance: its iron by the gyro, and spans that no iron explains."""
+"""The magnetometer's disturbance: iron, found with the gyro, and unexplained spans."""
 
 from __future__ import annotations
 

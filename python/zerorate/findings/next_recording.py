@@ -26,7 +26,7 @@ _LONG_REST_ADVICE: Final = "Ten minutes at rest, on a firm table"
 def next_record_findings(
     recording: Recording, imu: Imu, models: LogModels, findings: Sequence[Finding]
 ) -> Iterator[Finding]:
-    """Yield the quantities that this log does not determine, with the record that would."""
+    """Yield the quantities that this log does not determine, and the record that would."""
     missing_by_advice: dict[str, list[str]] = {}
     for what, advice in _list_missing(recording, imu, models, findings):
         missing_by_advice.setdefault(advice, []).append(what)

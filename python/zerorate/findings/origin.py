@@ -16,7 +16,7 @@ _RECEIVER_TOPICS: Final = ("vehicle_gps_position", "sensor_gps")
 
 
 def find_start_date(recording: Recording) -> float | None:
-    """Return the Unix time at which a log begins, s, None if clock and receiver lack it."""
+    """Return the Unix time at which a log begins, s; None if clock and receiver lack it."""
     start = start_time(recording)
     if _UNIX_TIME_RANGE_S[0] < start < _UNIX_TIME_RANGE_S[1]:
         return start

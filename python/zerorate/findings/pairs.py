@@ -1,4 +1,4 @@
-"""IMUs of one body against one another: differences in motion and at rest, and the odd one."""
+"""IMUs of one body compared: differences in motion and at rest, and the outlier."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _QUANTITIES: Final = {
 
 
 def pair_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield the differences of each two IMUs that are seen to be on one body, and the odd one."""
+    """Yield the differences of each two IMUs found to be on one body, and the outlier."""
     usable = [imu for imu in imus if imu.still.size and imu.gyro is not None]
     findings = {
         (one.name, other.name): list(_compare_pair(one, other))
@@ -141,7 +141,7 @@ def _severity_beyond_error(kind: str, value: float, sigma: float) -> Severity:
 def find_outlier_imu(
     usable: Sequence[Imu], findings: Mapping[tuple[str, str], Sequence[Finding]]
 ) -> Iterator[Finding]:
-    """For each quantity, yield the IMUs that disagree with the others, which agree."""
+    """For each quantity, yield the IMU that disagrees with the others, if those agree."""
     for kind, what in _QUANTITIES.items():
         values = {
             pair: finding

@@ -1,4 +1,4 @@
-"""The receiver: checks against the sensors, its clock, its own deviations."""
+"""The receiver: checks against the sensors, its clock, its stated standard deviations."""
 
 from __future__ import annotations
 

@@ -117,11 +117,11 @@ class Report(Result):
     Parameters
     ----------
     findings : tuple of Finding
-        In the order of the sections.
+        Findings in the order of the sections.
     source : str
         Name of the log.
     recording : Recording
-        What was looked at, for the figures.
+        Recording of the report, for the figures.
 
     Examples
     --------
@@ -137,12 +137,12 @@ class Report(Result):
 
     @property
     def alarms(self) -> tuple[str, ...]:
-        """Findings to act on, a sentence each."""
+        """Findings to act on, one sentence each."""
         return tuple(finding.text for finding in self.findings if finding.severity == "act")
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Assumptions made to read the log, and corrections in it, a sentence each."""
+        """Assumptions made to read the log, and corrections in it, one sentence each."""
         return tuple(finding.text for finding in self.findings if finding.kind == "reading")
 
     def count(self, severity: str) -> int:
@@ -150,7 +150,7 @@ class Report(Result):
         return sum(finding.severity == severity for finding in self.findings)
 
     def findings_from(self, level: str) -> tuple[Finding, ...]:
-        """Return the findings of a severity or a worse one, the worst first.
+        """Return the findings of at least this severity, the worst first.
 
         `level`: ``"act"``, ``"look"``, or ``"none"`` for no finding.
         """
@@ -160,7 +160,7 @@ class Report(Result):
 
     @property
     def urgent_findings(self) -> tuple[Finding, ...]:
-        """Those to act on, then those to look at."""
+        """Findings to act on, then findings to look at."""
         not_good = (one for one in self.findings if one.severity != "good")
         return tuple(sorted(not_good, key=lambda one: RANKS[one.severity]))
 
@@ -215,11 +215,11 @@ def findings_of(
     recording : Recording
         With a gyro or an accelerometer of three axes.
     fixes : Fixes, optional
-        Of a receiver on the same body; by default those of the recording, if any.
+        Fixes of a receiver on the same body; by default the fixes in the recording, if any.
     remarks : sequence of Remark
-        What the preparation of the recording says against it.
+        Contradictions found in the preparation of the recording.
     progress : callable, optional
-        Called with the section and the part done, 0 to 1.
+        Called with the name of the section and the fraction done.
 
     Raises
     ------

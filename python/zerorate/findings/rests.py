@@ -58,7 +58,7 @@ def rest_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
 
 
 def rest_spans(rests_given: Sequence[StaticInterval]) -> Spans:
-    """Return the seconds of rests."""
+    """Return the time spans of rests, s."""
     return tuple((BLOCK_S * rest.first, BLOCK_S * rest.last) for rest in rests_given)
 
 
@@ -67,7 +67,7 @@ def _figure_anchor(imu: Imu) -> str:
 
 
 def rest_mean(sensor: Sensor, rest: StaticInterval) -> tuple[Floats, Floats]:
-    """Return the mean of a rest and its standard error, by its seconds, shape (3,)."""
+    """Return the mean of a rest and its standard error, from its second means, shape (3,)."""
     seconds = _second_means(sensor, rest)
     return seconds.mean(axis=0), seconds.std(axis=0, ddof=1) / math.sqrt(len(seconds))
 

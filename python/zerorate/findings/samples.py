@@ -1,4 +1,4 @@
-"""The samples of a log: missing, at their limit, equal, spiked, coarse against their scatter."""
+"""The samples of a log: missing, saturated, repeated, spiked, or coarse."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def _describe_clean(sensor: Sensor) -> Finding:
 
 
 def quantization_step(column: Floats) -> float:
-    """Return the step of the numbers of an axis, 0 where they are on no grid."""
+    """Return the step of the numbers of an axis, 0 if they are not on a grid."""
     values = column[:_MAX_STEP_SAMPLES]
     values = values[np.isfinite(values)]
     unique = np.unique(values)

@@ -1,4 +1,4 @@
-"""Saturation of an axis whose limit is unknown: by the shape of its samples, hard or soft."""
+"""Saturation, hard or soft, of an axis with unknown limit, from the samples' shape."""
 
 from __future__ import annotations
 
@@ -63,20 +63,20 @@ def find_saturation(
 ) -> Saturation | None:
     """Return the saturation of an axis at its largest value, None if there is none.
 
-    A limit shows in the shape alone: a plateau with corners, which no smooth peak has, or more
-    samples equal to the largest than chance puts there; of one that is not flat, in excursions that
-    all bend just below the largest value.
+    The shape alone shows a limit. A hard limit has a plateau with corners, which no smooth peak
+    has, or more samples equal to the largest than by chance. A soft limit bends all excursions just
+    below the largest value.
 
     Parameters
     ----------
     column : array of float64, shape (n,)
-        Of an axis, or its negative; NaN is no sample.
+        Samples of an axis, or their negatives; NaN where missing.
     others : array of float64, shape (n, 2)
-        The other axes: where they stand still too, it is no limit.
+        Samples of the other axes: if these are also constant, it is not a limit.
     rate : float
         Hz.
     step : float
-        Of the numbers, 0 where they are on no grid.
+        Step of the numbers, 0 if they are not on a grid.
     """
     finite = np.isfinite(column)
     if np.count_nonzero(finite) < _MIN_SAMPLES:

@@ -1,4 +1,4 @@
-"""The bias of a gyro by its temperature at rest: a slope with its error, or why there is none."""
+"""The temperature slope of a gyro's bias at rest, or the reason why there is none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Vibration in motion: its level by the autopilots' rule, and its peaks."""
+"""Vibration in motion: its level, by the autopilots' rule, and its peaks."""
 
 from __future__ import annotations
 

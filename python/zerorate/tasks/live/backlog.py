@@ -23,8 +23,8 @@ class BacklogFilter:
     """A filter and the number of missing samples that it has not processed yet.
 
     It processes a long gap in pieces, one piece with each new sample. A sample that comes meanwhile
-    is answered with the drift known so far, and counts as missing, so the state does not depend on
-    how fast the machine is.
+    is answered with the drift known at that time, and counts as missing, so the state does not
+    depend on how fast the machine is.
 
     Parameters
     ----------
