@@ -162,8 +162,7 @@ class Swings:
         return float(self.duration[passed].sum()) / total if total > 0.0 else math.nan
 
     def describe_failure(self) -> str:
-        """Return a clause on the test that most of the swing time fails, with its median.
-        """
+        """Return a clause on the test that most of the swing time fails, with its median."""
         shares = {name: self._share(passed) for name, passed in self.tests.items()}
         worst = min(_TESTS, key=lambda test: shares[test.name])
         failed = ~worst.passes(getattr(self, worst.name))
