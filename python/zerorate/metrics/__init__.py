@@ -1,12 +1,13 @@
-"""Measures of a filter, each of which hides something another one shows.
+"""Measures of a filter; each hides something that another one shows.
 
-A deviation at rest is won by any strong low-pass filter, so `reduction` never stands alone:
-`coasting_error` asks what a wrong bias costs, `orientation_error_growth` what it costs in
-attitude, `orientation_errors` how far an attitude is from the true one, `ate` and `rpe` how far a
-track is, `motion_error` what the filter costs in motion, `regret` and `best_ema` how far it is from
-the best possible, `nis` and `coverage` whether it knows how good it is. Those of orientation take
-quaternions, those of tracks poses; all others take one channel (n,) or several (n, k) and return a
-float or k of them. A NaN or infinite sample is a missing one and is left out, never filled in.
+Any strong low-pass filter has a small standard deviation at rest, so `reduction` alone is not
+enough. `coasting_error` measures the cost of a wrong bias, `orientation_error_growth` its cost in
+attitude, and `motion_error` the cost of the filter in motion. `orientation_errors` measures the
+error of an attitude, `ate` and `rpe` the error of a track. `regret` and `best_ema` compare a filter
+with the best possible one; `nis` and `coverage` check its stated uncertainty. Measures of
+orientation take quaternions, measures of tracks take poses; all others take one channel (n,) or
+several (n, k) and return a float or k of them. NaN or infinite samples count as missing: they are
+left out, never filled in.
 """
 
 from zerorate.metrics.averages import BestEma, best_ema, running_mean

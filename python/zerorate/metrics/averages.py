@@ -1,4 +1,4 @@
-"""Averages that any filter has to beat."""
+"""Averages that any filter should beat."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class BestEma:
 
 
 def running_mean(raw: npt.ArrayLike) -> Floats:
-    """Return the mean of all samples to date, the best estimate of a bias that never moves.
+    """Return the mean of all samples to date, the best estimate of a constant bias.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def running_mean(raw: npt.ArrayLike) -> Floats:
     Returns
     -------
     ndarray of float64, the shape of `raw`
-        At a missing sample the mean is held; before the first present one it is NaN.
+        The means. At a missing sample the mean is held; before the first present sample it is NaN.
 
     Raises
     ------
@@ -108,13 +108,13 @@ def best_ema(
     Returns
     -------
     BestEma
-        Every channel has a gain of its own.
+        The averages; every channel has its own gain.
 
     Raises
     ------
     ValueError
         If not exactly one of `horizon` and `truth` is given, `start` is negative or not before the
-        record's end, or as of `coasting_error` and `rmse`.
+        record's end, or as in `coasting_error` and `rmse`.
 
     Examples
     --------
@@ -171,17 +171,17 @@ SHARED_GAINS: Final[Floats] = np.geomspace(1e-6, 1e-1, 25)
 
 
 def best_shared_ema(signal: Floats, truth: Floats, first: int) -> Floats:
-    """Return the mean squared error of each record at the one gain that is best for all of them.
+    """Return the mean squared error of each record with the best common gain.
 
-    As `best_ema` with a truth, but one gain of a fixed grid serves all records. Until a gain is
-    reached each average is the plain mean, so that none has to forget its first sample.
+    It is `best_ema` with a truth, but with one gain from a fixed grid for all records. Each average
+    is the plain mean until 1/k reaches its gain, so the first sample has no extra weight.
 
     Parameters
     ----------
     signal, truth : ndarray, shape (n, k)
         Output and true drift of k gyros.
     first : int
-        First sample whose error counts.
+        Index of the first sample whose error counts.
     """
     gains = SHARED_GAINS[:, np.newaxis]
     x = np.zeros((SHARED_GAINS.size, signal.shape[1]))

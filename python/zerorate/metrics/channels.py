@@ -29,7 +29,7 @@ def is_single(data: npt.ArrayLike) -> bool:
 
 
 def check_same_shape(first: str, x: Floats, second: str, y: Floats) -> None:
-    """Raise ValueError unless two series have one shape."""
+    """Raise ValueError unless two series have the same shape."""
     if x.shape != y.shape:
         raise ValueError(
             f"{first} and {second} must have the same shape, got {x.shape[::-1]} and "
@@ -63,7 +63,7 @@ def present_mask(*series: Floats) -> Booleans:
 
 
 def spread(z: Floats) -> float:
-    """Return the deviation of one column; ValueError if it is zero."""
+    """Return the standard deviation of one column; ValueError if it is zero."""
     # The deviation of equal samples may come out as a rounding error instead of 0.
     if z.max() == z.min():
         raise ValueError("raw is constant, so it has no deviation to compare with")

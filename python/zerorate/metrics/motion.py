@@ -1,4 +1,4 @@
-"""Errors in motion: delay, the error without it, and the low-pass filter of the same delay."""
+"""Errors in motion: delay, error without delay, and a low-pass filter of equal delay."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ from zerorate.units import whole_samples
 
 @dataclass(frozen=True, eq=False)
 class MotionError:
-    """Errors to a reference rate; each a float, or one a channel of shape (k,).
+    """Errors against a reference rate; each a float, or shape (k,) with one per channel.
 
     Attributes
     ----------
     rmse : float or ndarray
-        Error in the unit of the data.
+        RMS error in the unit of the data.
     delay : float or ndarray
-        Lag of the estimate, s; NaN where it cannot be found.
+        Delay of the estimate, s; NaN if it cannot be found.
     rmse_undelayed : float or ndarray
-        The same error without that delay; NaN where it cannot be found.
+        RMS error without this delay; NaN if the delay cannot be found.
     rmse_lowpass : float or ndarray
-        Error of the raw signal through the one-pole low-pass filter with that delay, or delay 0 for
-        an estimate that leads; NaN without the raw signal or without a delay.
+        RMS error of the raw signal behind the one-pole low-pass filter with this delay (0 if the
+        estimate leads); NaN without the raw signal or without a delay.
 
     Examples
     --------
@@ -62,10 +62,10 @@ def motion_error(
     max_delay: float = 1.0,
     raw: npt.ArrayLike | None = None,
 ) -> MotionError:
-    """Return the error of an estimate to a reference rate, and the part that is delay.
+    """Return the error of an estimate against a reference rate, and its part from delay.
 
-    Delay buys a quiet output, so the value of a filter is its gain over the low-pass filter of the
-    same delay. Without the delay the error shows the gain for a user who can wait.
+    Any filter can make its output quiet by delay, so its value is its gain over the low-pass filter
+    with the same delay. The error without delay is for a user who can wait.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def motion_error(
     Returns
     -------
     MotionError
-        Over the samples present in both.
+        Errors over the samples present in both.
 
     Raises
     ------
@@ -131,7 +131,7 @@ def _channel_errors(
 
 
 class UndeterminedDelayError(ValueError):
-    """No delay can be seen in series that are valid otherwise."""
+    """The series are valid, but their delay cannot be determined."""
 
 
 _VARIANCE_FLOOR: Final = 1e-24
@@ -146,9 +146,10 @@ def delay(
 ) -> float | Floats:
     """Return the lag of an estimate behind a reference, in seconds.
 
-    The lag of the best correlation, refined below one sample by a parabola through three values of
-    the least-squares misfit. Offset and gain do not matter. For a filter whose delay depends on
-    frequency it is a mean, weighted by the record's motion; for a record at rest it is meaningless.
+    It is the lag with the best correlation, refined below one sample by a parabola through three
+    values of the least-squares misfit. Offset and gain do not matter. For a filter whose delay
+    depends on frequency it is a mean, weighted by the record's motion; for a record at rest it is
+    meaningless.
 
     Parameters
     ----------
@@ -265,9 +266,9 @@ _MIN_WEIGHT: Final = 1e-20
 def equal_delay_lowpass(raw: npt.ArrayLike, rate: float | None, delay: float) -> Floats:
     """Return raw through the one-pole low-pass that has the given delay.
 
-    Compare filters in motion with it: nearly any smoothing can be bought with delay, and this is
-    the cheapest filter that does so. Its delay is that of slow motion; fast motion has less delay
-    and is attenuated.
+    Compare filters in motion with it: with enough delay nearly any smoothing is possible, and this
+    is the simplest filter that does so. The given delay applies to slow motion; fast motion has
+    less delay and is attenuated.
 
     Parameters
     ----------

@@ -40,9 +40,9 @@ class OrientationErrors:
     total : float
         RMS of the whole rotation between both.
     heading : float
-        RMS of its part about the vertical.
+        RMS of the rotation's part about the vertical.
     inclination : float
-        RMS of the angle between their verticals.
+        RMS of the angle between both vertical directions.
     sample_count : int
         Number of samples compared.
 
@@ -69,10 +69,10 @@ def orientation_errors(
     where: npt.ArrayLike | None = None,
     heading: Heading = "absolute",
 ) -> OrientationErrors:
-    """Return the errors of orientations: in all, of heading and of inclination.
+    """Return the errors of orientations: total, heading and inclination.
 
-    Gravity corrects the inclination, only a magnetometer the heading. The errors hide their times,
-    and a misaligned reference adds to all three.
+    Gravity corrects the inclination; only a magnetometer corrects the heading. An RMS does not show
+    when errors occur, and a misaligned reference adds to all three.
 
     Parameters
     ----------
@@ -82,11 +82,11 @@ def orientation_errors(
     where : array_like of bool, shape (n,), optional
         The samples that count, such as those in motion; by default all.
     heading : {"absolute", "relative", "aligned"}
-        ``"relative"`` turns all estimates about the vertical by one angle, so that the first sample
-        compared has no error of heading: the rest is drift since then. For filters without a
-        magnetometer, which begin with any heading. ``"aligned"`` turns them by the angle that fits
-        best over all samples, `heading_offset`: for a reference whose north is its own, such as a
-        camera's.
+        ``"relative"`` rotates all estimates about the vertical by one angle, so that the first
+        compared sample has no heading error; later errors are drift. Use it for filters without a
+        magnetometer, which begin with any heading. ``"aligned"`` rotates them by the best angle
+        over all samples, `heading_offset`. Use it for a reference with an arbitrary north, such as
+        a camera.
 
     Returns
     -------
@@ -135,17 +135,18 @@ def heading_offset(
 ) -> float:
     """Return the angle about the vertical between orientations and a reference.
 
-    The angle that fits best over all samples, by the mean square of the sines of half the angles.
+    It is the best angle over all samples: it minimises the mean square of the sines of half the
+    heading errors.
 
     Parameters
     ----------
     quaternions, reference, where
-        As of `orientation_errors`.
+        As in `orientation_errors`.
 
     Returns
     -------
     float
-        rad, -pi to pi: about the upward axis of an earth whose z is up.
+        Angle about the earth's upward z axis, rad, -pi to pi.
 
     Raises
     ------
@@ -220,9 +221,9 @@ def orientation_error_growth(
     """Return the angle between integrated rates and a reference, within each horizon.
 
     Every `every` seconds the integration starts at the reference's orientation; the angle between
-    both after the horizon is averaged over all starts. It is the cost in motion, for a user of
-    angular rates, of bias, scale, misalignment and delay together; noise hardly counts. A
-    misaligned reference adds an error that no filter can remove.
+    both after the horizon is averaged over all starts. For a user of angular rates it is the joint
+    cost, in motion, of bias, scale, misalignment and delay; noise hardly counts. A misaligned
+    reference adds an error that no filter can remove.
 
     Parameters
     ----------

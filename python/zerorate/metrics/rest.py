@@ -1,4 +1,4 @@
-"""Measures of a sensor at rest: quiet, level, the cost of a wrong bias, slow noise."""
+"""Measures of a sensor at rest: noise, mean, the cost of a wrong bias, slow noise."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from zerorate.units import whole_samples
 
 
 def reduction(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
-    """Return the standard deviation after the filter over that before it.
+    """Return the ratio of the standard deviations after and before a filter.
 
-    It measures the quietness of the output, the figure that most papers print. It hides delay, lost
-    motion and a wrong level: a constant scores 0.
+    It measures the noise of the output, and most papers report it. It hides delay, lost motion and
+    a wrong mean: a constant output has a ratio of 0.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def reduction(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
 def mean_shift(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
     """Return the shift of the mean by a filter, in standard deviations of the raw signal.
 
-    It catches a filter that is quiet at the wrong level. It hides errors that cancel over the
+    It detects a filter with a quiet output at the wrong mean. It hides errors that cancel over the
     record, and counts a filter's start-up as a shift: leave the start-up out.
 
     Parameters
@@ -91,12 +91,12 @@ _BLOCK_SAMPLES: Final = 8192
 def coasting_error(
     raw: npt.ArrayLike, estimate: npt.ArrayLike, rate: float | None, horizon: float
 ) -> float | Floats:
-    """Return the angle error of holding each estimate through the next `horizon` seconds.
+    """Return the angle error after holding each estimate for the next `horizon` seconds.
 
     The estimate of time t is held, raw minus estimate is integrated over the samples after t up to
-    t + horizon, and the RMS of that angle is taken over all t. It is a user's cost of a wrong bias,
-    and needs no truth, but a sensor at rest: rotation counts as error. White noise of density N
-    alone leaves N sqrt(horizon), so for short horizons every filter looks the same.
+    t + horizon, and the RMS of that angle is taken over all t. It is a user's cost of a wrong bias.
+    It needs no truth, but a sensor at rest, because rotation counts as error. White noise of
+    density N alone leaves N sqrt(horizon), so for short horizons every filter looks the same.
 
     Parameters
     ----------
@@ -110,8 +110,8 @@ def coasting_error(
     Returns
     -------
     float or ndarray, shape (k,)
-        In the unit of the data times seconds. Times whose window holds a missing raw sample, or
-        whose estimate is missing, are left out.
+        RMS angle in the unit of the data times seconds. Times with a missing estimate, or with a
+        missing raw sample in the window, are left out.
 
     Raises
     ------
@@ -164,7 +164,7 @@ def _coasting_rms(z: Floats, x: Floats, m: int) -> float:
 
 @dataclass(frozen=True, eq=False)
 class AllanRatio:
-    """Allan deviations after a filter over those before it.
+    """Ratio of the Allan deviations after and before a filter.
 
     Attributes
     ----------
@@ -190,13 +190,13 @@ class AllanRatio:
 def allan_ratio(
     raw: npt.ArrayLike, filtered: npt.ArrayLike, rate: float | None, time_constant: float
 ) -> AllanRatio:
-    """Return Allan deviations after over before at ten filter time constants and beyond.
+    """Return the ratio of Allan deviations after and before, from ten time constants on.
 
-    At shorter averaging times a filter's output is smoothed, and its noise coefficients are those
-    of the filter. Beyond, an estimate of gain 1 has a ratio near 1, a one-pole low-pass filter 0.92
-    at ten of its time constants and 0.99 at a hundred: one gyro's angle random walk does not fall,
-    and a claim that it did is an error. The ratio of the compensated rate, raw minus bias, falls
-    there as far as drift was removed.
+    At shorter averaging times the filter smooths its output, and noise coefficients describe the
+    filter. At longer ones, an estimate of gain 1 has a ratio near 1, a one-pole low-pass filter
+    0.92 at ten of its time constants and 0.99 at a hundred: one gyro's angle random walk does not
+    fall, and a claim that it did is an error. The ratio of the compensated rate, raw minus bias,
+    falls there by the removed drift.
 
     Parameters
     ----------

@@ -55,11 +55,11 @@ class TrackErrors:
     rotation : ndarray, shape (m,)
         Angles, rad; NaN where an orientation is not known.
     turn : ndarray, shape (4,)
-        Quaternion w, x, y, z of the estimate's rotation to fit.
+        Quaternion w, x, y, z of the rotation that aligns the estimate.
     shift : ndarray, shape (3,)
-        Its shift after the rotation, m.
+        Shift of the estimate after the rotation, m.
     scale : float
-        Its scale before the rotation; 1 unless the alignment is ``"similar"``.
+        Scale of the estimate before the rotation; 1 unless the alignment is ``"similar"``.
 
     Examples
     --------
@@ -82,12 +82,12 @@ class TrackErrors:
 
     @property
     def metres(self) -> Statistics:
-        """Of the translations, m."""
+        """Statistics of the translations, m."""
         return _statistics(self.translation)
 
     @property
     def degrees(self) -> Statistics:
-        """Of the rotations that are known, deg."""
+        """Statistics of the known rotations, deg."""
         return _statistics(np.degrees(self.rotation[np.isfinite(self.rotation)]))
 
     def __repr__(self) -> str:
@@ -113,9 +113,10 @@ def ate(
     estimate, reference : Poses
         On one clock.
     align : {"rigid", "yaw", "similar", "origin", "none"}
-        Alignment of the positions: a rotation and a shift; a rotation about the
-        vertical and a shift, for a track that knows the vertical; also a scale, for one camera; the
-        first pose; nothing. evo's ``-a``, none, ``-as``, ``--align_origin``, its default.
+        Alignment of the positions. "rigid": a rotation and a shift (evo's ``-a``). "yaw": a
+        rotation about the vertical and a shift, for a track with known vertical (not in evo).
+        "similar": also a scale, for a single camera (``-as``). "origin": by the first pose
+        (``--align_origin``). "none": no alignment (evo's default).
     max_time_difference : float
         Largest time between matched poses, s; default 0.01, evo's
         ``--t_max_diff``.
@@ -128,8 +129,8 @@ def ate(
     Raises
     ------
     ValueError
-        If no poses belong together, an argument is not as described, or the positions lie on a
-        line, or in a point, so that no rotation fits best.
+        If no poses match in time, an argument is not as described, or the positions are on a line
+        or in a point, so that the rotation is not determined.
 
     References
     ----------
@@ -184,10 +185,10 @@ def rpe(
     unit : {"poses", "m", "s"}
         Unit of `delta`: pairs of poses, metres of the estimate's path, as in evo, or seconds.
     every : bool
-        Begin a step at every pose; else at the end of the one before. In metres a step is then the
-        one nearest to `delta`, within a tenth of it (evo's ``--all_pairs``).
+        Begin a step at every pose (evo's ``--all_pairs``); otherwise at the end of the step before.
+        In metres a step then has the length nearest to `delta`, within a tenth of it.
     max_time_difference : float
-        As of `ate`.
+        As in `ate`.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Errors against a known truth, and their coverage by a filter's own variance."""
+"""Errors against a known truth, and their coverage by a filter's stated variance."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from zerorate.types import Floats
 def rmse(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> float | Floats:
     """Return the root mean square of estimate minus reference.
 
-    It needs a reference, and combines noise, bias and delay; compare it with the same figure for
+    It needs a reference, and combines noise, bias and delay; compare it with the RMSE of
     `equal_delay_lowpass`.
 
     Parameters
@@ -37,7 +37,7 @@ def rmse(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> float | Floats:
     Returns
     -------
     float or ndarray, shape (k,)
-        In the unit of the data, over the samples present in both.
+        RMSE in the unit of the data, over the samples present in both.
 
     Raises
     ------
@@ -54,16 +54,16 @@ def rmse(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> float | Floats:
 
 
 def regret(estimate: npt.ArrayLike, truth: npt.ArrayLike, optimal: npt.ArrayLike) -> float | Floats:
-    """Return the error of an estimate over that of the best estimate possible.
+    """Return the ratio of an estimate's error to the best possible estimate's error.
 
     1 is perfect. It needs simulated data, so it hides properties of real noise that the simulation
-    lacks. For several seeds, concatenate their records and call this once: a mean of single ratios
-    is dominated by lucky denominators.
+    lacks. For several seeds, concatenate their records and call this once: the mean of separate
+    ratios is dominated by small denominators.
 
     Parameters
     ----------
     estimate, truth : array_like, shape (n,) or (n, k)
-        The filter's drift and the true one, `zerorate.simulate`'s second result.
+        The filter's drift and the true drift, which is the second result of `zerorate.simulate`.
     optimal : array_like, shape (n,) or (n, k)
         Estimate of the Kalman filter with the true model, on the same signal.
 
@@ -166,8 +166,8 @@ def nis(
 ) -> float | Floats:
     """Return the mean normalised innovation squared, mean(e^2 / S).
 
-    1 for an honest covariance, more if it is too small, less if it is too large. It hides
-    correlation: a perfect 1 at rest says nothing about motion, nor about whiteness of the
+    It is 1 if the stated covariance is right, more if it is too small, less if it is too large. It
+    hides correlation: a value of 1 at rest says nothing about motion, nor about whiteness of the
     innovations. So report it once at rest and once in motion.
 
     Parameters
@@ -182,8 +182,8 @@ def nis(
     Returns
     -------
     float or ndarray, shape (k,)
-        Over the samples present in both; of n independent innovations the standard deviation is
-        sqrt(2/n).
+        Mean over the samples present in both; for n independent innovations its standard deviation
+        is sqrt(2/n).
 
     Raises
     ------
@@ -208,8 +208,8 @@ def nis(
 def coverage(error: npt.ArrayLike, sigma: npt.ArrayLike) -> float | Floats:
     """Return the share of errors that are no larger than the filter's standard deviation.
 
-    0.683 for Gaussian errors and an honest sigma, less if sigma is too small. It hides the size of
-    the larger errors. Errors of a bias last long, so a record has few independent ones: use many
+    It is 0.683 for Gaussian errors and a right sigma, less if sigma is too small. It hides the size
+    of the larger errors. Errors of a bias last long, so a record has few independent ones: use many
     records.
 
     Parameters
@@ -222,7 +222,7 @@ def coverage(error: npt.ArrayLike, sigma: npt.ArrayLike) -> float | Floats:
     Returns
     -------
     float or ndarray, shape (k,)
-        Over the samples present in both, from 0 to 1.
+        Share of the samples present in both, from 0 to 1.
 
     Raises
     ------
