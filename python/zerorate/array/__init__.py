@@ -1,4 +1,4 @@
-"""Arrays of gyros: how their noises go together, and how to weigh them."""
+"""Arrays of gyros: correlation of their noises, and weights."""
 
 from typing import TYPE_CHECKING, Final
 

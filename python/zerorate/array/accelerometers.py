@@ -1,4 +1,4 @@
-"""Accelerometers of an array as one, at one point of the body."""
+"""Accelerometers of an array fused into one, at one point of the body."""
 
 from __future__ import annotations
 
@@ -128,38 +128,40 @@ def fuse_accelerometers(
     accelerometers, and from the change of the rate if that is smooth: at rest the rate determines
     it better, in fast motion the accelerometers. A mean over sensors that are evenly spread around
     the origin needs no lever arms. They matter if a sensor is missing or has less weight, if the
-    point is elsewhere, and to distinguish a faulty sensor from motion.
+    point is elsewhere, and for distinguishing a faulty sensor from motion.
 
-    From three sensors on, an outlier from the median of the others is left out: a sample at once,
-    and a sensor when the mean of a quarter second is an outlier, until it has agreed for 10 s in
-    which so large a fault would have been visible. The threshold is a tenth of gravity and five
-    times the usual difference of the others, so that calibrated sensors reveal smaller faults. In
-    fast rotations, where lever arms are less certain, only larger faults are found.
+    From three sensors on, outliers from the median of the others are left out: a sample at once,
+    and a sensor if its mean over a quarter second is an outlier. The sensor returns after it has
+    agreed for 10 s in which a fault of this size would have been visible. The threshold is a tenth
+    of gravity and five times the usual difference of the others, so that calibrated sensors reveal
+    smaller faults. In fast rotations, where lever arms are less certain, only larger faults are
+    found.
 
     Nothing is calibrated here: the result has the weighted mean of the sensors' offsets and scale
-    errors, and a sensor that drops out leaves a step. `zerorate.calibrate` removes both.
+    errors, and a sensor that drops out causes a step. `zerorate.calibrate` removes both.
 
     Parameters
     ----------
     accel : array_like, shape (n, N, 3)
-        Specific forces in the sensors' own axes, in `accel_unit`. A sample of which an axis is not
-        finite is missing.
+        Specific forces in the sensors' own axes, in `accel_unit`. If an axis is not finite, the
+        sample counts as missing.
     rate_fused : array_like, shape (n, 3)
-        Rate of the body at the same times, without its bias, in `gyro_unit`: that of
+        Rate of the body at the same times, without its bias, in `gyro_unit`: the output of
         `zerorate.GyroArray`. Without positions it only bounds the differences of the sensors; with
         them, where the rate is not finite, the force at the origin follows from its change from
         sensor to sensor.
     rate : float
         Samples per second, Hz; by default that of a `Log` of `rate_fused`.
     rotations : array_like, shape (N, 3, 3), optional
-        From each sensor's axes to those of the body; by default all are aligned.
+        Rotations from each sensor's axes to the axes of the body; by default all are aligned.
     positions : array_like, shape (N, 3), optional
         Positions of the sensors in the axes of the body, m, from the point of the result.
     weights : {"auto", "mean", "white"} or array_like, shape (N,)
-        By noise and scale error; equal; by noise alone; or as given. An accelerometer always feels
-        gravity, so "auto" is close to the mean unless a sensor is far noisier than others.
+        "auto": by noise and scale error; "mean": equal; "white": by noise alone; or the given
+        weights. An accelerometer always feels gravity, so "auto" is close to the mean unless a
+        sensor is far noisier than others.
     limit : float, optional
-        Size at which a sample is at the end of the sensors' range, and missing, in `accel_unit`.
+        End of the sensors' range, in `accel_unit`; samples of this size or larger count as missing.
     scale_error : float, default 0.01
         Standard deviation of the sensors' scale factors, 0 to 1; less after a calibration.
     gyro_unit, accel_unit : str

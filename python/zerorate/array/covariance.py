@@ -1,4 +1,4 @@
-"""Allan covariances of gyros side by side."""
+"""Allan covariances of gyros recorded side by side."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ class AllanCovariance(Result):
         Covariances, in `unit` squared; NaN where gaps leave no term. The diagonal has the squared
         Allan deviations.
     edf : ndarray, shape (t,)
-        Equivalent degrees of freedom: the median of those of the gyros.
+        Equivalent degrees of freedom: the median over the gyros.
     term_count : ndarray of int, shape (t,)
-        Terms that each covariance is the mean of.
+        Number of terms in the mean of each covariance.
     seconds : float
         Length of the record without the samples that any gyro lacks, s.
     rate : float
@@ -97,12 +97,12 @@ class AllanCovariance(Result):
         Parameters
         ----------
         horizon : float, default 60.0
-            Averaging time at which the deviation is to be least, and for which the gain is given,
-            s. With a long horizon only drift matters, with a short one white noise. Infinity is
+            Averaging time at which the deviation is minimised, and at which the gain is given, s.
+            With a long horizon only drift matters, with a short one white noise. Infinity is
             allowed.
         weights : {"drift", "white", "mean"}, default "drift"
-            "drift" uses what the gyros' drifts have in common. "white" looks at white noise
-            alone, whatever the horizon. "mean" is the plain mean.
+            "drift" uses the correlation of the gyros' drifts. "white" uses white noise alone, for
+            any horizon. "mean" is the plain mean.
 
         Returns
         -------
@@ -111,8 +111,8 @@ class AllanCovariance(Result):
         Raises
         ------
         ValueError
-            If drift weights are asked from less than a quarter of an hour of record for each gyro,
-            a gyro does not vary, fewer than two averaging times are left, or an argument is not as
+            If drift weights are requested from less than a quarter of an hour of record per gyro, a
+            gyro does not vary, fewer than two averaging times are left, or an argument is not as
             described.
 
         Notes

@@ -1,4 +1,4 @@
-"""Logs of arrays: the gyros of one body side by side, on one clock and in one unit."""
+"""Logs of arrays: several gyros of one body, on one clock and in one unit."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ class ArrayLog:
         In ``unit``, three axes or one of each sensor, in the sensor's own axes; NaN marks a missing
         sample.
     labels : tuple of str
-        One a sensor, all different.
+        One label per sensor, all different.
     unit : str
         Unit of all sensors.
     axes : tuple of str
-        ``("x", "y", "z")``; for one axis its letter, or empty where it is not known.
+        ``("x", "y", "z")``; for one axis its letter, or empty if it is not known.
     meta : mapping
-        As of `zerorate.Log`.
+        As in `zerorate.Log`.
     accel : ndarray, shape (n, N, 3), or None
         Accelerometers of the same devices in ``accel_unit``, in the sensors' own axes; NaN marks a
         missing sample, or a device without one.
@@ -99,7 +99,7 @@ class ArrayLog:
 
     @property
     def n(self) -> int:
-        """Number of samples of each sensor, missing ones included."""
+        """Number of samples of each sensor, including missing ones."""
         return int(self.data.shape[0])
 
     @property
@@ -108,7 +108,7 @@ class ArrayLog:
         return len(self.labels)
 
     def fused(self, data: Floats) -> Log:
-        """Return the log of one gyro in the place of all, of shape (n, 3) or (n,)."""
+        """Return the log of one gyro in place of all gyros, with data of shape (n, 3) or (n,)."""
         names = [f"gyro_{axis}" if axis else "gyro" for axis in self.axes]
         return Log.at(self.time, self.rate, data, names, self.unit, self.meta)
 

@@ -49,16 +49,16 @@ class Rotations(Result):
     Parameters
     ----------
     matrices : ndarray, shape (N, 3, 3)
-        Each turns rates in the sensor's axes into those of the first.
+        Each rotates rates from the sensor's axes to the first sensor's axes.
     sigma_deg : ndarray, shape (N,)
-        Standard error of the angle of each, deg: 0 for the first, NaN where it is not known.
+        Standard error of each rotation's angle, deg: 0 for the first, NaN if it is not known.
     labels : tuple of str
-        One a sensor.
+        One label per sensor.
     residuals : ndarray, shape (N,)
-        RMS difference between a rotated sensor and the first, over the RMS rate of the first; NaN
-        where it is not known. It includes errors of scale and of non-orthogonal axes.
+        RMS difference between a rotated sensor and the first, divided by the RMS rate of the first;
+        NaN if it is not known. It includes errors of scale and of non-orthogonal axes.
     seconds : float
-        Duration of the motion used; NaN where it is not known.
+        Duration of the motion used, s; NaN if it is not known.
     positions : ndarray, shape (N, 3), or None
         Positions of the sensors in the axes of the body, m, as stated; they are never estimated.
 
@@ -84,7 +84,7 @@ class Rotations(Result):
         return np.rad2deg(quaternions.angle(quaternions.from_matrices(self.matrices)))
 
     def of(self, labels: Sequence[str]) -> Floats:
-        """Return the matrices of sensors in this order, shape (N, 3, 3); ValueError without one."""
+        """Return the matrices of sensors in this order, (N, 3, 3); ValueError if one is missing."""
         known = dict(zip(self.labels, self.matrices, strict=True))
         missing = [label for label in labels if label not in known]
         if missing:
@@ -94,7 +94,7 @@ class Rotations(Result):
         return np.stack([known[label] for label in labels])
 
     def part(self, labels: Sequence[str]) -> Rotations:
-        """Return the rotations of some sensors, in this order; ValueError as of `of`."""
+        """Return the rotations of some sensors, in this order; ValueError if one is missing."""
         self.of(labels)
         indices = [self.labels.index(label) for label in labels]
         return replace(
@@ -147,10 +147,10 @@ def find_rotations(
 
     Biases learned at rest are subtracted. Means over an eighth of a second in motion then give the
     rotation that brings the rates of each sensor closest to those of the first: Wahba's problem, by
-    singular values. All directions of the motion count equally, however much of it each has, so
-    that scale errors do not rotate the result. The standard errors are those of a jackknife over
-    ten parts of the motion, so they include all disagreement of the parts. Non-orthogonal axes have
-    no exact rotation: the result is a compromise.
+    singular values. All directions of the motion have equal weight, so that scale errors do not
+    rotate the result. The standard errors are those of a jackknife over ten parts of the motion, so
+    they include all disagreement of the parts. Non-orthogonal axes have no exact rotation: the
+    result is a compromise.
 
     Parameters
     ----------
@@ -171,13 +171,13 @@ def find_rotations(
     Returns
     -------
     Rotations
-        Of all sensors; that of the first is the identity.
+        Rotations of all sensors; the first is the identity.
 
     Raises
     ------
     LogError
         If a sensor never rests, there are under 3 s of common motion, the motion is about a single
-        direction, or a sensor does not turn with the first or has mirrored axes.
+        direction, or a sensor does not rotate with the first or has mirrored axes.
     ValueError
         If `z` has another shape, or an argument is not valid.
 
