@@ -23,7 +23,7 @@ class BacklogFilter:
     """A filter with the missing samples that it has not been given yet.
 
     It catches up with a long gap in pieces, one with each sample that comes. A sample that comes
-    meanwhile is answered with the drift known so far, and counts as missing, so the state does not
+    meanwhile is answered with the drift known then, and counts as missing, so the state does not
     depend on how fast the machine is.
 
     Parameters
