@@ -176,7 +176,7 @@ class Report(Result):
         good = [o for o in self.findings if o.severity == "good" and o.value is not None]
         if not act and not look:
             sections = dict.fromkeys(o.section for o in good if o.section != CONTENTS)
-            checked = ", ".join(name.lower().removeprefix("the ") for name in sections)
+            checked = ", ".join(_lower_first(name).removeprefix("the ") for name in sections)
             return f"All within limits: {len(good)} numbers of {checked or 'the log'}."
         return f"{act} to act on, {look} to look at; {len(good)} within their limits."
 
@@ -197,6 +197,11 @@ class Report(Result):
         from zerorate.views import page_of
 
         return page_of(self)
+
+
+def _lower_first(name: str) -> str:
+    """Return a title within a sentence; abbreviations such as IMUs stay."""
+    return name[0].lower() + name[1:] if name[1:2].islower() else name
 
 
 def findings_of(

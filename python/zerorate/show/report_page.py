@@ -51,7 +51,7 @@ _SHORT_TEXT: Final = 90
 """Letters of a sentence that stays as it is."""
 _COLOURS: Final = {"act": VERMILION, "look": ORANGE, "good": GREEN}
 _ABOUT_TEXT: Final = (
-    "It says what is seen, never the cause. The limits, with their sources, stand at the end. "
+    "Findings state what was measured, not its cause. Limits and their sources are at the end. "
     "Not looked at: vibration that is too fast for the log."
 )
 
