@@ -87,7 +87,7 @@ def begun_later(samples, k):
 
 
 def start_rows(folder):
-    """Yield how far off walks are that are begun at a random moment, against the whole ones."""
+    """Yield the errors of walks begun at a random moment, against the whole walks."""
     draws = np.random.default_rng(5)
     groups = {"recorded": [samples_of(path) for path in sorted(folder.glob("foot_*.parquet"))]}
     for kind in ("walking", "running"):
@@ -168,7 +168,7 @@ def consistency_row(rest, rate, lost, walks=20):
 
 
 def lift_rows(folder, rides=80):
-    """Yield how many rides in a lift are found, how far off their heights are, and false ones."""
+    """Yield the counts of lift rides found and falsely found, and the errors of their heights."""
     found, errors, truth = 0, [], []
     for seed in range(rides):
         *samples, height = bodies.lift(seed)

@@ -38,7 +38,7 @@ def run_page(app, docname, source):
 
 
 def run_cell(code, names, docname):
-    """Return what a cell gives, as lines of a page."""
+    """Return the output of a cell as lines of a page."""
     tree, shown = ast.parse(code), []
     last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
     printed = io.StringIO()

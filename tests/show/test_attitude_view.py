@@ -2,7 +2,6 @@
 
 import json
 import re
-import shutil
 import subprocess
 from html.parser import HTMLParser
 
@@ -10,10 +9,9 @@ import numpy as np
 import pytest
 
 import zerorate as zr
+from support.browser import CHROMIUM
 from zerorate.geometry.rotations import about_z, product
 from zerorate.show.attitude_view import attitude_view
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 
 class Elements(HTMLParser):

@@ -2,7 +2,6 @@
 
 import json
 import re
-import shutil
 import subprocess
 from html import unescape
 from html.parser import HTMLParser
@@ -11,8 +10,7 @@ import numpy as np
 import pytest
 
 import zerorate as zr
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+from support.browser import CHROMIUM
 
 
 class Links(HTMLParser):

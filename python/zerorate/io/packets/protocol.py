@@ -40,7 +40,7 @@ class Decoder(Protocol):
         """Yield the samples that are complete with these bytes, and damage."""
 
     def finish(self) -> Iterator[Row | Damage]:
-        """Yield what the end of the bytes completes, or cuts."""
+        """Yield the packets and remarks that the end of the bytes completes or cuts."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ class Buffer:
             self._unknown += 1
 
     def report(self) -> Iterator[Damage]:
-        """Yield what there is to tell of bytes that belong to no packet."""
+        """Yield a remark on bytes that belong to no packet."""
         unknown, self._unknown = self._unknown, 0
         for _ in range(unknown):
             yield Damage(
