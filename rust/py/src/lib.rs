@@ -63,7 +63,7 @@ mod _native {
     #[pymodule_export]
     use crate::math::{chi_squared_quantile, chi_squared_survival, log_normal_cdf};
     #[pymodule_export]
-    use crate::navigation::{NavigationFilter, NavigationRecord};
+    use crate::navigation::{NavigationBank, NavigationFilter, NavigationRecord};
     #[pymodule_export]
     use crate::position::{PositionFilter, position_options};
     #[pymodule_export]

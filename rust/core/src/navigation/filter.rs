@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::coasting::TakenFix;
 use super::covariance::{
     ACCEL, ANTENNA, Constants, ConstantsCovariance, Course, Covariance, Errors, GYRO, Growth,
     Innovation, PHI, STATES, Scalar, Transition, V,
@@ -91,9 +92,20 @@ pub struct Snapshot {
 
 /// Record the steps of a filter, for the smoother.
 pub trait Observer {
+    /// True if it takes what a fix measures, by `record_fix`.
+    const TAKES_FIXES: bool = false;
     /// Take the number of the sample under way.
     #[inline(always)]
     fn sample(&mut self, _number: usize) {}
+    /// Record what a step of some seconds does to a covariance, before `record_step`.
+    #[inline(always)]
+    fn record_growth(&mut self, _transition: &Transition, _growth: &Growth, _seconds: f64) {}
+    /// Record a position or a velocity that is taken, before `record_correction`.
+    #[inline(always)]
+    fn record_fix(&mut self, _fix: &TakenFix) {}
+    /// Record that the fix under way ends an outage.
+    #[inline(always)]
+    fn mark_return(&mut self) {}
     /// Record a step of the covariance, by `transition` to `covariance`.
     fn record_step(&mut self, transition: &Transition, covariance: &Covariance, motion: &Motion);
     /// Record that `found` was taken out of the motion.
@@ -474,6 +486,7 @@ impl NavigationFilter {
             growth.add_unknown(&course, 0.5 * more[0], 0.5 * more[1]);
         }
         self.covariance.propagate(&transition, &growth);
+        observer.record_growth(&transition, &growth, seconds);
         self.sums = Sums::new();
         self.wheels = (self.wheels + seconds).min(MAX_TIME);
         if !self.is_somewhere() {

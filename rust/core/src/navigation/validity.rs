@@ -75,7 +75,7 @@ impl Motion {
 impl Covariance {
     /// Symmetric and semidefinite: what looks like a covariance pair by pair may still turn a variance
     /// below zero at the next measurement.
-    fn is_valid(&self) -> bool {
+    pub(super) fn is_valid(&self) -> bool {
         let symmetric = |i: usize| (0..=i).all(|j| is_same(self.at(i, j), self.at(j, i)));
         let upper = Symmetric::<f64, STATES>::from_upper(|i, j| self.at(i, j));
         (0..STATES).all(|i| symmetric(i) && self.at(i, STATES) == 0.0)
