@@ -115,7 +115,7 @@ class LineCourse:
             windows.stop + lag.seconds <= rotation.time[-1]
         )
         energy = np.nan_to_num(turn) ** 2
-        certain = (
+        certain = bool(
             lag.certain
             and abs(lag.correlation) >= _MIN_CORRELATION
             and is_rate(lag.slope, _SLOPE_FACTOR)

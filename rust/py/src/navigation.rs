@@ -57,6 +57,9 @@ const NOT_REACHED: u8 = 3;
 /// gyro, accel : NoiseModel or sequence of three, optional
 ///     Noise of the sensors, rad/s and m/s^2, the same for all axes or one each; by default that of
 ///     consumer sensors: 0.05 deg/s/sqrt(Hz) and 0.02 m/s^2/sqrt(Hz).
+/// gyro_vibration : float, default 0.0
+///     Additional noise of the gyro where it vibrates faster than it is sampled: standard deviation of
+///     an axis over that of its change from sample to sample, from 0 to 1.
 /// antenna : array_like, shape (3,), default (0, 0, 0)
 ///     Vector from the sensor to the antenna, body axes, m.
 /// antenna_sigma : float or array_like, shape (3,), default 0.0
@@ -169,11 +172,11 @@ macro_rules! navigating {
             #[new]
             #[pyo3(
                 signature = (
-                    start, *, gyro=None, accel=None, antenna=None, antenna_sigma=None,
+                    start, *, gyro=None, accel=None, gyro_vibration=0.0, antenna=None, antenna_sigma=None,
                     consider_antenna=false, vehicle=None, axle=None, wheel_sigma=None, speed_sigma=None,
                     gate=50.0, adapt="inflate", covariance_step=0.1, kind="rate"
                 ),
-                text_signature = "(start, *, gyro=None, accel=None, antenna=(0.0, 0.0, 0.0), \
+                text_signature = "(start, *, gyro=None, accel=None, gyro_vibration=0.0, antenna=(0.0, 0.0, 0.0), \
                     antenna_sigma=0.0, consider_antenna=False, vehicle=None, axle=None, wheel_sigma=None, \
                     speed_sigma=None, gate=50.0, adapt='inflate', covariance_step=0.1, kind='rate')"
             )]
@@ -183,6 +186,7 @@ macro_rules! navigating {
                 start: &Bound<'_, PyAny>,
                 gyro: Option<&Bound<'_, PyAny>>,
                 accel: Option<&Bound<'_, PyAny>>,
+                gyro_vibration: f64,
                 antenna: Option<&Bound<'_, PyAny>>,
                 antenna_sigma: Option<&Bound<'_, PyAny>>,
                 consider_antenna: bool,
@@ -206,6 +210,7 @@ macro_rules! navigating {
                     accel_noise,
                     gyro_walk,
                     accel_walk,
+                    gyro_vibration,
                     antenna,
                     antenna_sigma: sigmas("antenna_sigma", antenna_sigma, 0.0)?,
                     consider_antenna,

@@ -273,3 +273,121 @@ impl Score {
 }
 
 const MAX_TIME: f64 = 4e9;
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::super::covariance::{R, STATES};
+    use super::super::{Adapt, Fix, Inertial, Kind, NavigationFilter, NavigationParams, Start};
+    use super::Coasting;
+
+    fn filter(antenna_sigma: f64) -> NavigationFilter {
+        let start = Start {
+            quaternion: [1.0, 0.0, 0.0, 0.0],
+            heading_known: true,
+            course: false,
+            time: 0.0,
+            latitude: 0.8,
+            gyro_bias: [0.0; 3],
+            accel_bias: [0.0; 3],
+            level_sigma: 0.02,
+            heading_sigma: 0.1,
+            gyro_bias_sigma: 1e-3,
+            accel_bias_sigma: 0.05,
+        };
+        let params = NavigationParams {
+            gyro_noise: [1e-6; 3],
+            accel_noise: [4e-4; 3],
+            gyro_walk: [1e-10; 3],
+            accel_walk: [2.5e-7; 3],
+            gyro_vibration: 0.0,
+            antenna: [0.0; 3],
+            antenna_sigma: [antenna_sigma; 3],
+            consider_antenna: false,
+            wheels: None,
+            gate: 50.0,
+            adapt: Adapt::Fixed,
+            covariance_step: 0.1,
+            kind: Kind::Rate,
+        };
+        NavigationFilter::new(start, params).expect("parameters in their ranges")
+    }
+
+    /// A body that sways for some seconds, with a fix each half a second, `noise` m off its filter, and
+    /// copies of the filter that take none. Calls `check` before the last fix of each clone.
+    fn sway(
+        antenna_sigma: f64,
+        noise: f64,
+        mut check: impl FnMut(&NavigationFilter, &NavigationFilter, &super::Departed),
+    ) -> Coasting {
+        let mut nav = filter(antenna_sigma);
+        let (mut copy, mut coasting) = (nav, Coasting::new());
+        for k in 0..3000_u32 {
+            let time = 0.02 * f64::from(k);
+            let sway = (0.7 * time).sin();
+            let (gyro, accel) = ([0.05 * sway, 0.02, 0.1], [0.8 * sway, 0.3, -9.81]);
+            let sample = Inertial { time, gyro, accel, rest: false };
+            nav.update_before(&sample, &mut coasting).expect("in order");
+            copy.update(&sample).expect("in order");
+            if k % 25 > 0 {
+                continue;
+            }
+            let known = nav.snapshot().position;
+            let here = if known[0].is_nan() { [0.8, 0.1, 100.0] } else { known };
+            let off = [13, 17, 11].map(|m| noise * (f64::from(k * 7919 % m) / f64::from(m) - 0.46));
+            let fix = Fix {
+                time,
+                position: [here[0] + off[0] / 6.4e6, here[1] + off[1] / 4.5e6, here[2] + off[2]],
+                velocity: [f64::NAN; 3],
+                position_sigma: [0.5; 3],
+                velocity_sigma: [0.1; 3],
+            };
+            let before = coasting.clone;
+            if let Some(clone) = before.filter(|clone| clone.seconds > 9.99) {
+                check(&nav, &copy, &clone);
+            }
+            nav.update_gnss_before(&fix, &mut coasting).expect("a fix");
+            if coasting.clone.is_some_and(|clone| clone.seconds == 0.0) {
+                copy = nav;
+            }
+        }
+        coasting
+    }
+
+    #[test]
+    fn a_clone_has_the_covariance_of_a_copy_without_fixes() {
+        for antenna_sigma in [0.0, 0.1] {
+            let mut clones = 0;
+            sway(antenna_sigma, 0.0, |_, copy, clone| {
+                clones += 1;
+                assert!(clone.errors.iter().all(|x| x.abs() < 1e-9), "{:?}", clone.errors);
+                for i in 0..STATES {
+                    for j in 0..STATES {
+                        let p = &copy.covariance;
+                        let size = (p.at(i, i) * p.at(j, j)).sqrt();
+                        let off = clone.covariance.at(i, j) - p.at(i, j);
+                        assert!(off.abs() <= 1e-12 * size, "{i} {j}: {off:e} of {size:e}");
+                    }
+                }
+            });
+            assert!(clones > 3, "{clones}");
+        }
+    }
+
+    #[test]
+    fn a_clone_is_where_a_copy_without_fixes_is() {
+        let (mut clones, mut squares) = (0, [0.0; 2]);
+        let coasting = sway(0.0, 2.0, |nav, copy, clone| {
+            let known = nav.snapshot().position;
+            let apart = copy.motion.offset_from(known);
+            let found = Vector3::new(clone.errors[R], clone.errors[R + 1], clone.errors[R + 2]);
+            clones += 1;
+            squares[0] += (found - apart).norm_squared();
+            squares[1] += apart.norm_squared();
+        });
+        assert!(clones > 3, "{clones}");
+        assert!(squares[0] < 0.05 * 0.05 * squares[1], "{squares:?}");
+        assert!(coasting.is_valid() && coasting.score.weight > 10.0);
+    }
+}

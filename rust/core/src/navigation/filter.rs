@@ -213,6 +213,8 @@ pub(crate) struct Sums {
     pub velocity: Vector3<f64>,
     /// Of the rate, biases in it.
     pub gyro: Vector3<f64>,
+    /// Of squared changes of the angle's rate from sample to sample, rad².
+    pub vibration: Vector3<f64>,
     /// Seconds in which a rate or a force was unknown.
     pub unknown: [f64; 2],
 }
@@ -226,6 +228,7 @@ impl Sums {
             attitude: Matrix3::zeros(),
             velocity: Vector3::zeros(),
             gyro: Vector3::zeros(),
+            vibration: Vector3::zeros(),
             unknown: [0.0; 2],
         }
     }
@@ -378,6 +381,10 @@ impl NavigationFilter {
     fn step(&mut self, sample: &Inertial, dt: f64) -> Step {
         let (gyro, accel) = (self.sensors.gyro, self.sensors.accel);
         let (now, force) = self.measure(sample, dt);
+        if self.params.gyro_vibration > 0.0 {
+            let change = (now - gyro) * dt;
+            self.sums.vibration += change.component_mul(&change);
+        }
         // Increments are means already.
         let (rate, mean) = match self.params.kind {
             Kind::Rate => ((gyro + now) * (0.5 * dt), (accel + force) * (0.5 * dt)),
@@ -460,7 +467,7 @@ impl NavigationFilter {
     #[inline(never)]
     pub(crate) fn propagate_with<W: Observer>(&mut self, extra: [f64; 2], observer: &mut W) {
         let sums = self.sums;
-        let Sums { seconds, samples, attitude, velocity, unknown, .. } = sums;
+        let Sums { seconds, samples, attitude, velocity, vibration, unknown, .. } = sums;
         if samples == 0.0 {
             return;
         }
@@ -476,9 +483,15 @@ impl NavigationFilter {
         };
         let transition = Transition::over(&course);
         let params = &self.params;
+        let mut gyro_noise = Vector3::from(params.gyro_noise);
+        if params.gyro_vibration > 0.0 {
+            // A change has the noise of two samples.
+            let share = params.gyro_vibration * params.gyro_vibration;
+            gyro_noise += vibration * (0.5 * share / seconds);
+        }
         let mut growth = Growth::over_half(
             &course,
-            [&params.gyro_noise.into(), &params.accel_noise.into()],
+            [&gyro_noise, &params.accel_noise.into()],
             [&params.gyro_walk.into(), &params.accel_walk.into()],
         );
         let more = [0, 1].map(|i| UNKNOWN_DENSITIES[i] * unknown[i] + extra[i]);

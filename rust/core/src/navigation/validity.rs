@@ -136,6 +136,7 @@ impl Sums {
             && are_within(&self.attitude, 2.0 * n)
             && are_within(&self.velocity, 4e5 * n)
             && are_within(&self.gyro, rates.x)
+            && self.vibration.iter().all(|x| is_size(*x, 4.0 * MAX_SAMPLE * MAX_SAMPLE * n))
             && self.unknown.iter().all(|x| is_size(*x, self.seconds * 1.001))
     }
 }

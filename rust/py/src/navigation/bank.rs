@@ -32,7 +32,7 @@ use crate::common::streaming::{exclusive, reading, streaming};
 /// ----------
 /// start : Alignment
 ///     State before the first sample, as ``zr.align`` returns it.
-/// gyro, accel, antenna, antenna_sigma, consider_antenna, vehicle, axle, wheel_sigma, speed_sigma :
+/// gyro, accel, gyro_vibration, antenna, antenna_sigma, consider_antenna, vehicle, axle, wheel_sigma, speed_sigma :
 ///     As in `zerorate.NavigationFilter`. State the least noise that the sensors may have.
 /// gate, adapt, covariance_step, kind :
 ///     As in `zerorate.NavigationFilter`.
