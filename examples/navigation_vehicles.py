@@ -36,6 +36,7 @@ ANTENNAS = {
 
 def outage_rows():
     """Yield errors at the ends of outages, and of the smoothed track inside, in their σ."""
+    everything, drive_count = [[] for _ in LENGTHS], 0
     for kind in ("car", "robot", "drone", "boat"):
         for receiver, options in RECEIVERS.items():
             drives = [simulate_vehicle(kind, SECONDS, seed=seed, **options) for seed in SEEDS]
@@ -43,10 +44,24 @@ def outage_rows():
             cells = []
             for k in range(len(LENGTHS)):
                 end, scaled, inside = (np.vstack([one[k][j] for one in found]) for j in range(3))
-                share = np.mean((scaled**2).sum(axis=1) < ELLIPSE)
                 distance = rms(np.hypot(*end.T))
-                cells.append(f"{rms(scaled):.2f}; {distance:.2g}; {share:.0%}; {rms(inside):.2f}")
+                cells.append(
+                    f"{rms(scaled):.2f}; {distance:.2g}; {inside_ellipse(scaled):.0%}; "
+                    f"{rms(inside):.2f}"
+                )
+                everything[k].append(scaled)
+            drive_count += len(drives)
             yield f"{kind}, {receiver}", *cells
+    cells = (np.vstack(scaled) for scaled in everything)
+    yield (
+        f"all {drive_count}",
+        *(f"{rms(scaled):.2f}; {inside_ellipse(scaled):.1%} of {len(scaled)}" for scaled in cells),
+    )
+
+
+def inside_ellipse(scaled):
+    """Return the share of errors, in σ, within the ellipse that the figures draw."""
+    return np.mean((scaled**2).sum(axis=1) < ELLIPSE)
 
 
 def coasted(drive):

@@ -15,7 +15,7 @@ use crate::math::validity::{are_within, is_count, is_size, is_whole, is_within};
 
 impl Checkpoint for NavigationFilter {
     const TAG: &'static str = "navigation";
-    const VERSION: u16 = 6;
+    const VERSION: u16 = 7;
 
     fn is_valid(&self) -> bool {
         let chosen = self.params.validate().is_ok() && self.start.validate().is_ok();
