@@ -38,7 +38,9 @@ def scaled(gyro, accel):
 def driven(receiver, seed=3, duration=150.0):
     options = dict(RECEIVERS[receiver])
     velocities = options.pop("velocity_sigma", 0.1)
-    drive = zr.simulate_drive(50.0, duration, seed=seed, velocity_sigma=velocities or 0.1, **options)
+    drive = zr.simulate_drive(
+        50.0, duration, seed=seed, velocity_sigma=velocities or 0.1, **options
+    )
     fixes = drive.fixes if velocities else zr.Fixes(drive.fixes.time, drive.fixes.position)
     start = zr.align(drive.recording(), latitude=48.0, heading="course", accel_bias_sigma=0.05)
     samples = Samples.of(drive.recording(), mag=False, what="navigation")
@@ -97,7 +99,7 @@ class Clones:
 @pytest.mark.parametrize("receiver", RECEIVERS)
 def test_it_shows_the_filter_whose_clones_are_likeliest_to_the_bit(receiver):
     samples, rows, start = driven(receiver)
-    # Powers of two, a tenth of the true noise: their products are exact, and it changes what it shows.
+    # Powers of two, whose products are exact; a tenth of the true noise, so that it changes.
     told = [scaled(gyro * 2.0**-17 / 1e-4, accel * 2.0**-13 / 1e-3) for gyro, accel in FACTORS]
     bank = NavigationBank(start, adapt="fixed", **told[0])
     ones = [Clones(zr.NavigationFilter(start, adapt="fixed", **noise)) for noise in told]

@@ -426,7 +426,7 @@ def _scale_axis(sensor: str, model: NoiseModel | None, white: float, walk: float
 
 
 def _search(coasting: _Coasting, every: _Coasting | None, is_assumed: bool) -> FoundNoise:
-    """Return the noise of the white densities and walks, then with the vibration of every sample."""
+    """Return white noise and walks that fit best, then with the vibration of every sample."""
     theta = np.zeros(4)
     first = coasting.run(theta)
     kept = FoundNoise(
