@@ -189,8 +189,8 @@ def find_noise(
     (Student's with eight degrees of freedom), each with a pass of the whole filter. If errors after
     5 and 10 s still exceed their standard deviation, the white noise is raised by this ratio.
 
-    A gyro that vibrates faster than it is sampled is noisier while it does. If a share of the change
-    from sample to sample as noise of each axis makes the errors more likely, it is found as well.
+    A gyro that vibrates faster than it is sampled is noisier while it does. A share of the change
+    from sample to sample, as noise of each axis, is found if it makes the errors more likely.
 
     Examples
     --------
