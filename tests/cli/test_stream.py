@@ -414,7 +414,7 @@ class TestRefused:
         ("options", "told"),
         [
             ([], "--rate is required"),
-            ([*RATE, "imu", "--udp", "127.0.0.1:0"], "give one of a source, --from and --udp"),
+            ([*RATE, "imu", "--udp", "127.0.0.1:0"], "give only one of SOURCE, --from and --udp"),
             (
                 [*RATE, "--with", "gain"],
                 "--with takes some of bias, bias_sigma, at_rest, saturated",
@@ -603,7 +603,7 @@ def test_a_port_that_is_taken_is_told(capsys):
 
 def test_a_terminal_shows_what_is_streamed(tmp_path, capfd):
     assert run(["stream", *RATE, "--show"]) == 2
-    assert "--show draws on stderr, which is no terminal here" in capfd.readouterr().err
+    assert "--show needs a terminal on stderr" in capfd.readouterr().err
 
     source = tmp_path / "lines"
     source.write_text("\n".join(["wx,wy", *LINES]), encoding="utf-8")

@@ -84,7 +84,7 @@ class TestKnownModel:
     def test_an_order_may_be_given(self):
         other = identify(arma(), RATE, order=(1, 0))
         assert other.model.order == (1, 0)
-        assert "AR(1) was requested; the clear choice of AIC is ARMA(2, 1)" in said(other)
+        assert "AR(1) was requested; the clear choice by AIC is ARMA(2, 1)" in said(other)
         assert not other.whiteness.white
         assert "The residuals are not white" in said(other)
 
@@ -310,6 +310,6 @@ class TestRecordings:
         log = read_log(path, rate=2000.0 / 7.0)
         found = identify(log.data[:, 0], log.rate, name=log.names[0], unit=log.unit)
         assert not is_fit(found)
-        assert "Not fit for a drift model: it was not at rest from" in said(found)
+        assert "Not fit for a drift model: the sensor was not at rest from" in said(found)
         # Where it moved first, by the recording's own column.
         assert found.moving[0].start == pytest.approx(35.4, abs=2.0)

@@ -111,7 +111,7 @@ class TestGravity:
         whole = zr.estimate_attitude(RECORDING, mag=False)
         np.testing.assert_allclose(found.quaternion, whole.quaternion, atol=1e-9)
         assert found.alarms == ()
-        assert "gravity_x, gravity_y, gravity_z is added to it" in " ".join(found.notes)
+        assert "gravity_x, gravity_y, gravity_z is added" in " ".join(found.notes)
 
 
 class TestSteadyRate:

@@ -94,8 +94,8 @@ def before_after_page(comparison: BeforeAfter) -> str:
 def _make_body(comparison: BeforeAfter) -> Iterator[str]:
     yield f'<p class="summary">{escape(comparison.summary)}</p>'
     yield f'<p class="about">{escape(_ABOUT_TEXT)} zerorate {__version__}.</p>'
-    changed = [change for change in comparison.changes if change.verdict != "alike"]
-    unchanged = [change for change in comparison.changes if change.verdict == "alike"]
+    changed = [change for change in comparison.changes if change.verdict != "unchanged"]
+    unchanged = [change for change in comparison.changes if change.verdict == "unchanged"]
     if changed:
         yield (
             '<section id="changes">\n<h2>What '
@@ -103,7 +103,7 @@ def _make_body(comparison: BeforeAfter) -> Iterator[str]:
         )
     if unchanged:
         yield (
-            '<section id="alike">\n<h2>What is '
+            '<section id="unchanged">\n<h2>What is '
             f"the same</h2>\n<details><summary>{len(unchanged)} findings"
             f"</summary>{_make_table(comparison, unchanged)}</details>\n</section>"
         )

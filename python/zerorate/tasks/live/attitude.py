@@ -112,7 +112,7 @@ class AttitudeSettings:
         Axes of the earth: ``"enu"``, ``"ned"`` or ``"nwu"``.
     mag : bool
         Use a magnetometer, if the lines hold one.
-    beside : tuple of str
+    extra : tuple of str
         Extra columns of an answer, of `AttitudeColumn`.
     columns : tuple of str or int, optional
         Six or nine columns: gyro, accelerometer and optionally magnetometer, each x, y, z. By
@@ -144,7 +144,7 @@ class AttitudeSettings:
     Examples
     --------
     >>> from zerorate.tasks.live import AttitudeSettings, LineStream
-    >>> settings = AttitudeSettings(100.0, frame="ned", beside=("heading_sigma",))
+    >>> settings = AttitudeSettings(100.0, frame="ned", extra=("heading_sigma",))
     >>> LineStream(settings).take("t,gx_dps,gy_dps,gz_dps,ax_g,ay_g,az_g")
     't,quat_w,quat_x,quat_y,quat_z,heading_sigma_deg'
     """
@@ -154,7 +154,7 @@ class AttitudeSettings:
     rate: float
     frame: str = "enu"
     mag: bool = True
-    beside: tuple[str, ...] = ()
+    extra: tuple[str, ...] = ()
     columns: tuple[str | int, ...] | None = None
     sequence: str | int | None = None
     time: str | int | None = None
@@ -187,7 +187,7 @@ class AttitudeSettings:
         if self.limit is not None and not 0.0 < self.limit < math.inf:
             raise ArgumentError("limit", f"must be a positive number, got {self.limit}")
         self.filter(True, "rad/s", "m/s^2")
-        for name in self.beside:
+        for name in self.extra:
             AttitudeColumn(name)
         if self.columns is not None and len(self.columns) not in (6, 9):
             raise ValueError(
@@ -292,7 +292,7 @@ class AttitudeEngine(TimedEngine):
         self._last, self._odd, self._unchecked = 0.0, 0, _CHECKED_LINES
         self._gyro: Any = None
         self._quaternion: Any = None
-        self._extra_columns = [_EXTRA_COLUMNS[AttitudeColumn(name)] for name in settings.beside]
+        self._extra_columns = [_EXTRA_COLUMNS[AttitudeColumn(name)] for name in settings.extra]
 
     @property
     def columns(self) -> Sequence[str]:

@@ -84,7 +84,7 @@ class NavigationSettings:
     time_unit : str, optional
         Unit of the time, as ``time_unit`` of `zerorate.read_log`, if the column's name does not
         state it.
-    beside : tuple of str
+    extra : tuple of str
         Extra columns of an answer, from `NavigationColumn`: the ``"status"``, the position's
         ``"sigma"``, the ``"verdict"`` on a fix.
     columns : tuple of str or int, optional
@@ -120,7 +120,7 @@ class NavigationSettings:
     filter: NavigationFilter
     rate: float
     time: str | int
-    beside: tuple[str, ...] = ()
+    extra: tuple[str, ...] = ()
     columns: tuple[str | int, ...] | None = None
     sequence: str | int | None = None
     sequence_bits: int | None = None
@@ -137,7 +137,7 @@ class NavigationSettings:
             )
         object.__setattr__(self, "filter", self.filter.copy())
         object.__setattr__(self, "time_unit", check_time_unit(self.time_unit))
-        for name in self.beside:
+        for name in self.extra:
             NavigationColumn(name)
         for name in ("rate", "position_sigma", "velocity_sigma"):
             if not 0.0 < getattr(self, name) < np.inf:
@@ -223,7 +223,7 @@ def _check_units(names: Sequence[str]) -> None:
 _SETTING_FIELDS: Final = (
     "rate",
     "time",
-    "beside",
+    "extra",
     "columns",
     "sequence",
     "sequence_bits",
@@ -263,7 +263,7 @@ class NavigationEngine(TimedEngine):
         self._status_and_verdict = ("", "")
         if len(layout.channels) > _COLUMN_COUNTS[0]:
             self._held_rows = None  # a fix is in one row of those that repeat
-        self._extra_columns = [NavigationColumn(name) for name in settings.beside]
+        self._extra_columns = [NavigationColumn(name) for name in settings.extra]
 
     @property
     def columns(self) -> Sequence[str]:

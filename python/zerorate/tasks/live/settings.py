@@ -40,7 +40,7 @@ from zerorate.tasks.live.sequence import MAX_BITS
 from zerorate.tasks.live.stamp_clock import StampClock, restore_stamp_clock
 
 _LINE_FIELDS: Final = (
-    "beside",
+    "extra",
     "columns",
     "unit",
     "data_scale",
@@ -62,7 +62,7 @@ class Settings:
     ----------
     rate : float
         Samples per second, Hz.
-    beside : tuple of str
+    extra : tuple of str
         Further columns of an answer: ``"bias"``, ``"bias_sigma"``, ``"at_rest"``,
         ``"saturated"``, ``"stuck"``.
     columns : tuple of str or int, optional
@@ -102,7 +102,7 @@ class Settings:
     Examples
     --------
     >>> from zerorate.tasks.live import LineStream, Settings
-    >>> stream = LineStream(Settings(rate=100.0, beside=("bias", "at_rest")))
+    >>> stream = LineStream(Settings(rate=100.0, extra=("bias", "at_rest")))
     >>> stream.take("t,gyro_z_dps"), stream.take("0.00,0.5")
     ('t,gyro_z_dps,bias_gyro_z_dps,at_rest_gyro_z_dps', '0.00,0.5,0.0,0')
     """
@@ -110,7 +110,7 @@ class Settings:
     kind: ClassVar[str] = "drift"
 
     rate: float
-    beside: tuple[DriftColumn, ...]
+    extra: tuple[DriftColumn, ...]
     columns: tuple[str | int, ...] | None
     unit: str | None
     data_scale: float | None
@@ -126,7 +126,7 @@ class Settings:
         self,
         rate: float,
         *,
-        beside: tuple[DriftColumn, ...] = (),
+        extra: tuple[DriftColumn, ...] = (),
         columns: tuple[str | int, ...] | None = None,
         unit: str | None = None,
         data_scale: float | None = None,
@@ -154,7 +154,7 @@ class Settings:
         )
         vars(self).update(
             rate=rate,
-            beside=tuple(map(DriftColumn, beside)),
+            extra=tuple(map(DriftColumn, extra)),
             columns=columns,
             unit=None if unit is None else canonical_unit(unit),
             data_scale=data_scale,
@@ -185,7 +185,7 @@ class Settings:
         layout = find_layout(cells, request)
         accel = self._find_accel_columns(layout)
         motion = MotionDetector(self.rate) if accel else None
-        backlog = BacklogFilter(self._make_filter(layout), self.beside, motion=motion)
+        backlog = BacklogFilter(self._make_filter(layout), self.extra, motion=motion)
         stamp_clock = StampClock.of(
             self.rate, self.time, self.time_unit, layout.names, layout.fields
         )
@@ -209,7 +209,7 @@ class Settings:
         if accel and (accel != self._find_accel_columns(layout) or motion is None):
             raise ValueError("the parts of the state do not belong together")
         backlog, stamp_clock = (
-            BacklogFilter(drift_filter, self.beside, pending_count, motion),
+            BacklogFilter(drift_filter, self.extra, pending_count, motion),
             restore_stamp_clock(self.rate, saved),
         )
         engine = self._make_engine(layout, backlog, samples, accel, stamp_clock)

@@ -65,7 +65,7 @@ class LineStream:
     >>> stream = LineStream(Settings(rate=100.0))
     >>> stream.take("millis,gx,gy"), stream.take("120,0.5,0.25")
     ('millis,gx,gy', '120,0.0,0.0')
-    >>> settings = AttitudeSettings(100.0, gyro_unit="rad/s", accel_unit="g", beside=("at_rest",))
+    >>> settings = AttitudeSettings(100.0, gyro_unit="rad/s", accel_unit="g", extra=("at_rest",))
     >>> stream = LineStream(settings)
     >>> stream.take("t,gx,gy,gz,ax,ay,az")
     't,quat_w,quat_x,quat_y,quat_z,at_rest'
