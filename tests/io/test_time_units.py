@@ -14,7 +14,7 @@ GYRO = np.random.default_rng(0).standard_normal(N)
 
 
 def log_of(time, name="time", extra=(), **asked):
-    return read_log({name: time, **dict(beside), "gyro_x_dps": GYRO[: len(time)]}, **asked)
+    return read_log({name: time, **dict(extra), "gyro_x_dps": GYRO[: len(time)]}, **asked)
 
 
 SCALES = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
