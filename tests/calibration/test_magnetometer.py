@@ -97,7 +97,7 @@ def test_a_magnet_that_comes_and_goes():
     before, after = (mag.heading_error(raw, mag.longest_applied) for raw in (True, False))
     assert np.degrees(before).max() > 20.0
     assert np.degrees(after).max() < 4.0
-    assert "deg with the correction" in mag.table()
+    assert "deg corrected" in mag.table()
 
 
 def test_a_stuck_magnetometer_is_refused():

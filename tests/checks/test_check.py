@@ -289,7 +289,7 @@ def test_a_rate_that_the_stamps_contradict_is_told():
     )
     assert told in zr.check(wrong, scale_errors=False).table()
     assert json.loads(zr.check(wrong, scale_errors=False).to_json())["clock"] == told
-    assert "0.8 % too small; leave the rate out" in str(zr.estimate_attitude(wrong).notes)
+    assert "0.8 % too small; omit the rate" in str(zr.estimate_attitude(wrong).notes)
     assert zr.check(right, scale_errors=False).alarms == ()
     assert right.gyro.rate == pytest.approx(99.2, rel=1e-6)
     # A hair is no fault.

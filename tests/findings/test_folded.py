@@ -79,4 +79,4 @@ def test_a_report_judges_it_by_its_limit():
         (one,) = [one for one in ours if one.kind == "aliased peak"]
         assert one.severity == severity
         assert one.value == pytest.approx(size, rel=0.1)
-        assert "2 times the one at" in one.text
+        assert "2 times the frequency of the peak at" in one.text

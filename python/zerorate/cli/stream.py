@@ -57,8 +57,8 @@ _READING: Final = ReadingOptions(
         "columns": "Columns to filter: names, or positions counted from 0 over all columns, e.g. "
         "gx,gy,gz. Default: the columns named like a gyro in the header line; without a header "
         "line all. Other columns pass through.",
-        "unit": "Unit of the gyro columns if the header line lacks it: rad/s, deg/s or deg/h. auto needs "
-        "it to recognise rest. Values are not converted. With --attitude also that of the "
+        "unit": "Unit of the gyro columns if the header line lacks it: rad/s, deg/s or deg/h. auto "
+        "needs it to recognise rest. Values are not converted. With --attitude also that of the "
         "accelerometer: deg/s,g.",
     },
 )

@@ -234,7 +234,7 @@ def outages(
     Raises
     ------
     LogError
-        If there are no fixes, or the filter did not begin.
+        If there are no fixes, or the filter did not start.
     ValueError
         If an argument is out of range, the filter has seen samples, or there is no room for an
         outage of a requested length.
@@ -433,7 +433,7 @@ class _FixSpan:
         if not there.size:
             raise LogError(
                 make_sentence(
-                    f"{track.source}: the filter did not begin: ", explain_no_start(track)
+                    f"{track.source}: the filter did not start: ", explain_no_start(track)
                 )
             )
         start = track.time[there[0]]
