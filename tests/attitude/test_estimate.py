@@ -195,7 +195,7 @@ class TestEstimate:
             ({"method": "kf"}, "method must be"),
             ({"method": "ekf", "offline": True}, "smooth is for method 'auto'"),
             ({"declination": 10.0}, "declination must be -pi to pi rad, got 10.0"),
-            ({"declination": 0.1, "mag": False}, "declination is of no use: no magnetometer"),
+            ({"declination": 0.1, "mag": False}, "declination has no effect: no magnetometer"),
         ],
     )
     def test_refusals(self, arguments, match):

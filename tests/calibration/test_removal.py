@@ -310,7 +310,9 @@ class TestTemperature:
             .with_temperature(model)
             .apply(Recording({**recording.logs, "temperature": warm}))
         )
-        said = r"^100 % of the temperatures lie outside of the 20\.\d to 39\.9 degC that the model"
+        said = (
+            r"^100 % of the temperatures lie outside of the 20\.\d to 39\.9 degC range of the model"
+        )
         assert re.match(said, found.gyro.meta["notes"][-1])
 
     def test_json_keeps_it(self, model):

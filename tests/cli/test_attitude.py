@@ -236,7 +236,7 @@ class TestReference:
         code, text, errors = call(*asked, "--tum")
         assert (code, errors) == (0, "")
         assert text.split("\n\n")[1].startswith("Errors against the reference, deg")
-        angle = float(re.search(r"turned back by ([\d.]+) deg about z", text)[1])
+        angle = float(re.search(r"rotated back by ([\d.]+) deg about z", text)[1])
         assert angle == pytest.approx(np.degrees(1.0), abs=15.0)
         poses = zr.io.read_poses(out / "seen-zerorate-attitude.tum")
         assert len(poses) > 700

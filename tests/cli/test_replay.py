@@ -304,7 +304,7 @@ class TestFaults:
         empty = write_gyros(tmp_path / "empty.npz", missing=slice(None))
         code, _, errors = cli(empty, "-o", out)
         assert code == 1
-        check_line(errors, "no axis holds a sample")
+        check_line(errors, "no axis has a sample")
         assert names(out) == []
 
     def test_existing_output_is_refused_before_any_work(self, cli, tmp_path, out):

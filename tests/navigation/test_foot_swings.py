@@ -28,7 +28,7 @@ def test_feet_are_navigated(kind):
         _, rate, *samples = BODIES["foot"](seed, kind, seconds=SECONDS)
         track = navigated(*samples, rate)
         assert track.foot_share >= 0.8, (seed, rate)
-        assert not any("no foot" in note for note in track.notes)
+        assert not any("on a foot" in note for note in track.notes)
 
 
 @pytest.mark.parametrize("kind", BODIES["OTHERS"])
@@ -41,7 +41,7 @@ def test_other_bodies_are_refused_or_noted(kind):
             with pytest.raises(LogError, match="this sensor is not on a foot"):
                 navigated(*samples, rate)
         else:
-            assert any("no foot" in note or "never swings" in note for note in forced.notes), seed
+            assert any("on a foot" in note or "never swings" in note for note in forced.notes), seed
 
 
 def test_the_test_that_fails_most_is_named():
@@ -178,5 +178,5 @@ def test_recorded_feet_are_feet(path):
 )
 def test_recorded_hands_and_cars_are_refused(name, rate):
     (path,) = RECORDINGS.glob(f"{name}*.parquet")
-    with pytest.raises(LogError, match="no foot"):
+    with pytest.raises(LogError, match="not on a foot"):
         zr.FootNavigation().process(zr.read_recording(path, rate=rate))

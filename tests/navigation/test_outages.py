@@ -218,9 +218,11 @@ def test_filters_that_are_of_no_use():
     used.process(imu)
     with pytest.raises(ValueError, match="that has seen no sample, this one has 16000"):
         zr.navigation.outages(imu, fixes, nav=used)
-    with pytest.raises(zr.LogError, match="did not begin: the heading is not known, and"):
+    with pytest.raises(zr.LogError, match="did not start: the heading is not known, and"):
         zr.navigation.outages(imu, fixes, nav=zr.NavigationFilter(start(driven, None)))
-    with pytest.raises(zr.LogError, match="the fixes from 10000 to 10159 s, as on another"):
+    with pytest.raises(
+        zr.LogError, match="the fixes from 10000 to 10159 s, which suggests different"
+    ):
         zr.navigation.outages(imu, fixes.shifted(1e4), time_offset=0.0)
     with pytest.raises(zr.LogError, match="there are no fixes"):
         zr.navigation.outages(imu, fixes.between(1e3))

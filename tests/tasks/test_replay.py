@@ -194,7 +194,7 @@ def test_bad_arguments(options, match):
 
 
 def test_no_sample_at_all():
-    with pytest.raises(LogError, match="no axis holds a sample"):
+    with pytest.raises(LogError, match="no axis has a sample"):
         run_filters(make_log(np.full((100, 2), np.nan)))
 
 

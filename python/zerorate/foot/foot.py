@@ -38,7 +38,7 @@ class GeodeticTrack:
     time : ndarray, shape (n,)
         s.
     position : ndarray, shape (n, 3)
-        Latitude and longitude, deg, height, m; The poses, NaN in longer intervals.
+        Latitude and longitude, deg, height, m; NaN where unknown.
     source : str
         Name of the recording.
 

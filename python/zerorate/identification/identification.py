@@ -62,7 +62,7 @@ class Identification(Result):
     ar_orders, arma_orders : OrderSelection
         Criteria of every order.
     ar : ArmaModel
-        Autoregressive model of the clear choice by order, by least squares.
+        Autoregressive model of the clear choice of order, by least squares.
     model : ArmaModel
         ARMA model of the clear choice, or of the requested order.
     order_given : bool
@@ -242,7 +242,7 @@ def identify(
         Name and unit of the axis, for the report; by default those of a `Log`, or from the name of
         a column.
     order : (int, int), optional
-        Orders p, q of the model; by default the clear choice by the criterion.
+        Orders p, q of the model; by default the clear choice of the criterion.
     max_order : int
         Largest order of the autoregressive models.
     max_p, max_q : int

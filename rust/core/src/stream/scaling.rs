@@ -168,7 +168,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         self.typical().is_none().then_some((self.mean, deviation, peak))
     }
 
-    /// Back to before the first sample.
+    /// Reset to the state before the first sample.
     pub fn reset(&mut self) {
         let zero = T::zero();
         *self = Self {
