@@ -111,17 +111,17 @@ class CalibrationComparison(Result):
 def compare_calibrations(first: Calibration, second: Calibration) -> CalibrationComparison:
     """Compare two calibrations of one IMU, parameter by parameter.
 
-    After a shock, a year, or on another day: has the scale moved, or is it chance?
+    Use it after a shock, a year, or on another day, to find significant changes.
 
     Parameters
     ----------
     first, second : Calibration
-        In the same units and the same frame, of records of their own.
+        Calibrations in the same units and frame, from different records.
 
     Returns
     -------
     CalibrationComparison
-        z of each parameter, the parameters that have moved, and the probability that none has.
+        z of each parameter, the changed parameters, and the probability that none has changed.
 
     Raises
     ------

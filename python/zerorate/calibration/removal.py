@@ -96,10 +96,10 @@ def with_temperature(
     Parameters
     ----------
     model : TemperatureModel, Recording or None
-        Of three axes, in a unit of the gyro's kind. Where the temperature is known its prediction
-        takes the place of ``gyro.bias``. Of a recording with a gyro, an accelerometer and a
-        temperature, the model is that of the rests which the calibration has found in it, without
-        what gravity makes the gyro read there. None takes a model away.
+        Model of three axes, in a unit of the gyro's kind; its prediction replaces ``gyro.bias``
+        where the temperature is known. For a recording with a gyro, an accelerometer and a
+        temperature, the model is fitted to the rests that the calibration found in it, after
+        correction for g-sensitivity. None removes the model.
 
     Raises
     ------
@@ -162,7 +162,7 @@ def corrector(
         Numbers in a sample: the gyro; gyro and accelerometer (the default); these and the
         temperature, degC. All are raw, in the units of the calibration.
     channels : int, optional
-        Sensors of one kind that get the same correction; by default one.
+        Number of sensors with the same correction; by default one.
 
     Returns
     -------
@@ -223,28 +223,28 @@ def apply(
     Parameters
     ----------
     samples : Recording, Log or array_like
-        A recording: its gyro and accelerometer are corrected and all else is as it was. Where
-        the two have clocks of their own, the force that acts on the gyro is interpolated at the
-        gyro's. A log of three channels, of a gyro or of an accelerometer. An array of shape
-        (n, 3) or (3,) of the gyro, (n, 6) or (6,) of gyro and accelerometer, (n, 7) or (7,) with
-        the temperature, degC, behind, in the units of the calibration.
+        A recording: its gyro and accelerometer are corrected, everything else is unchanged. If
+        their clocks differ, the force is interpolated at the gyro's times for the g-sensitivity. A
+        log of three channels, of a gyro or of an accelerometer. An array of shape (n, 3) or (3,) of
+        the gyro, (n, 6) or (6,) of gyro and accelerometer, (n, 7) or (7,) with the temperature,
+        degC, behind, in the units of the calibration.
     gyro, accel : str
-        Names of the two in a recording, ``gyro_1`` and ``accel_1`` for instance; one that is not
-        there is left out.
+        Names of both logs in a recording, such as ``gyro_1`` and ``accel_1``; a missing one is
+        ignored.
 
     Returns
     -------
     Recording, Log or ndarray
-        As `samples`, in their unit; of raw counts in rad/s and m/s^2. Notes of logs say what was
-        done, if the calibration is not valid, and if it was made of other channels; arrays have no
-        notes, so that one which is not valid is a warning.
+        As `samples`, in their unit, or in rad/s and m/s^2 for raw counts. Notes of logs describe
+        the correction, an invalid calibration, and other channels than the calibration's; for
+        arrays, an invalid calibration is a warning.
 
     Raises
     ------
     LogError
         If there is no sensor of three axes.
     ValueError
-        If the units do not fit those of the calibration, or an array has another shape.
+        If the units do not match those of the calibration, or an array has another shape.
     TypeError
         If it is a data frame, whose columns have names and an order of their own.
     """
@@ -271,8 +271,7 @@ def apply_gyro(
     accel : array_like, of the same shape, optional
         Raw samples of the accelerometer, by which g-sensitivity is removed; by default it stays.
     temperature : array_like, shape (n,) or one number, optional
-        degC, where the calibration has a temperature model; by default the bias is the one of
-        the calibration.
+        degC, for a calibration with a temperature model; by default the calibration's bias is used.
 
     Returns
     -------

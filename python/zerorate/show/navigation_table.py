@@ -68,8 +68,8 @@ def format_outages(outages: Outages) -> str:
 def format_errors(errors: TrackErrors, steps: TrackErrors | None, fitted: str) -> str:
     """Return the errors of a track against the true one.
 
-    `found, steps`: of `zerorate.metrics.ate` and, over a second, of `rpe`; None without
-    orientations. `fitted`: how the track was moved to fit best.
+    `found, steps`: results of `zerorate.metrics.ate`, and of `rpe` over a second; None without
+    orientations. `fitted`: rotation and shift of the best fit, in words.
     """
     listed = [("position, m (ATE)", errors.metres), ("orientation, deg", errors.degrees)]
     if steps is not None:

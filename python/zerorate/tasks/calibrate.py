@@ -73,7 +73,7 @@ def calibrate(
     progress: Progress | None = None,
     **reading: Unpack[ReadingArguments],
 ) -> Calibration:
-    """Calibrate a gyroscope and an accelerometer by poses at rest and turns by hand between them.
+    """Calibrate a gyroscope and an accelerometer from poses at rest and rotations by hand.
 
     The recording is checked first. ``zerorate calibrate`` does the same.
 

@@ -238,10 +238,10 @@ impl NavigationFilter {
     /// Takes the speed that wheels tell: when, s, the middle of the time over which it is measured,
     /// how fast they roll forward, m/s, and its deviation, by default ``speed_sigma``. Their scale,
     /// and the yaw and pitch of the axis along which they roll, are estimated
-    /// (``wheel_constants``). A wheel that slips, with an innovation of over three deviations, is
-    /// not believed for ten seconds, then less. Returns True if it will be used: not before the
-    /// heading is known to 0.1 rad, nor if it is over a second old or missing. ValueError if the
-    /// vehicle is not "wheeled", or the deviation not positive.
+    /// (``wheel_constants``). A slipping wheel, with an innovation of over three standard
+    /// deviations, is ignored for ten seconds and then has less weight. Return True if the speed
+    /// will be used; not before the heading is known to 0.1 rad, nor if it is over a second old or
+    /// missing. ValueError if the vehicle is not "wheeled", or the deviation not positive.
     #[pyo3(signature = (t, speed, sigma=None))]
     fn update_wheels(
         slf: &Bound<'_, Self>,
@@ -254,14 +254,13 @@ impl NavigationFilter {
         Ok(this.shared.bank.update_wheels(t, speed, sigma).map_err(NativeError::from)?)
     }
 
-    /// Takes a recording with a gyro and an accelerometer on one clock, and the fixes of a
-    /// receiver; returns the `Track`: what a loop over ``update`` and ``update_gnss`` would have
-    /// said after each sample, and the smoother. ``rest``, bool (n,), says where the vehicle is
-    /// known to stand, ``wheel_speed``, (n,), how fast its wheels roll, m/s, NaN where they do not
-    /// tell, or `Wheels` with times and deviations of their own; ``time_offset``, a number or a
-    /// `TimeOffset`, is added to the times of the fixes, s. ``keep="track"`` leaves out what the
-    /// smoother needs, about 2.5 kB a step of the covariance and 1.1 more where wheels or antenna
-    /// are estimated: for long records.
+    /// Process a recording with a gyro and an accelerometer on one clock, and the fixes of a
+    /// receiver. Return the `Track`, equal to a loop over ``update`` and ``update_gnss``, with its
+    /// smoother. ``rest``, bool (n,), is True where the vehicle is known to stand; ``wheel_speed``,
+    /// (n,), is the speed of its wheels, m/s, NaN where unknown, or `Wheels` with times and
+    /// standard deviations; ``time_offset``, a number or a `TimeOffset`, is added to the times of
+    /// the fixes, s. ``keep="track"`` leaves out the data for the smoother, about 2.5 kB per step
+    /// of the covariance and 1.1 kB more if wheels or antenna are estimated: for long records.
     #[pyo3(
         signature = (
             imu, gnss=None, *, rest=None, wheel_speed=None, time_offset=None, keep="all"
@@ -288,13 +287,14 @@ impl NavigationFilter {
 
     /// Do the work of ``process`` with arrays: times (n,), samples (n, 3), and of m fixes the rows
     /// time, position (deg, deg, m), velocity, standard deviations of both, shape (m, 13), NaN for
-    /// what a fix lacks. ``wheel_speed`` has a speed for each sample, (n,), or rows of time, speed
-    /// and standard deviation, (w, 3), in order. A fix is taken after the first sample that is not
-    /// before it, and so are wheels. Returns by name the state after each sample, and of each fix
-    /// its ``verdict`` (used, rejected, refused, or 3 if it comes after the last sample), ``nis``
-    /// (m, 2), the ``innovation`` of each axis of position and velocity (m, 6), its standard
-    /// deviation ``innovation_sigma`` (m, 6), and the time at which it was ``taken``, s; with
-    /// ``record`` also the record for the smoother, else None. The interpreter lock is released.
+    /// missing values. ``wheel_speed`` has a speed for each sample, (n,), or rows of time, speed
+    /// and standard deviation, (w, 3), in order. A fix or a wheel speed is processed after the
+    /// first sample that is not earlier. Returns by name the state after each sample, and of each
+    /// fix its ``verdict`` (used, rejected, refused, or 3 if it comes after the last sample),
+    /// ``nis`` (m, 2), the ``innovation`` of each axis of position and velocity (m, 6), its
+    /// standard deviation ``innovation_sigma`` (m, 6), and the time at which it was ``taken``, s;
+    /// with ``record`` also the record for the smoother, else None. The interpreter lock is
+    /// released.
     #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false, wheel_speed=None))]
     // The arguments are those of the method in Python.
     #[allow(clippy::too_many_arguments)]
@@ -389,24 +389,24 @@ getters! { NavigationFilter, slf, py, this;
     /// and down, m and m/s, orientation about these axes, rad, biases of gyro and accelerometer,
     /// rad/s and m/s^2; NaN before the first fix: (15,).
     sigma: Object<'py> = arrays::small(py, &this.shared.bank.snapshot().sigma);
-    /// Covariance of the errors at its last step, in the order of ``sigma``; that of the velocity
-    /// is ``v_estimated - exp(-[phi x]) v`` with phi the error of the orientation, those of biases
-    /// are true less estimated: (15, 15).
+    /// Covariance of the errors at its last step, in the order of ``sigma``; the error of the
+    /// velocity is ``v_estimated - exp(-[phi x]) v`` with phi the error of the orientation; errors
+    /// of biases are true minus estimated: (15, 15).
     covariance: Object<'py> = {
         let covariance = this.shared.bank.covariance();
         let places = (0..STATES * STATES).map(|k| covariance.at(k / STATES, k % STATES));
         arrays::array(py, places.collect(), &[STATES, STATES])?
     };
-    /// Scale of the wheels, and yaw and pitch, rad, of the axis along which they roll: they roll
-    /// (1 + scale) times as fast as they tell; NaN before they tell anything: (3,).
+    /// Scale of the wheels, and yaw and pitch, rad, of the axis along which they roll: they roll (1
+    /// + scale) times as fast as measured; NaN before the first measurement: (3,).
     wheel_constants: Object<'py> = arrays::small(py, &this.shared.bank.wheels()[0]);
     /// Standard deviations of ``wheel_constants``: (3,).
     wheel_constants_sigma: Object<'py> = arrays::small(py, &this.shared.bank.wheels()[1]);
-    /// Normalised innovations squared of the last position and velocity, 3 on average in a filter
-    /// that is consistent; NaN before the first: (2,).
+    /// Normalised innovations squared of the last position and velocity, 3 on average if the filter
+    /// is consistent; NaN before the first: (2,).
     nis: Object<'py> = arrays::small(py, &this.shared.bank.nis());
-    /// Standard deviations of the receiver that the innovations show, position and velocity, m and
-    /// m/s; NaN until ten pairs of fixes were seen: (2, 3).
+    /// Standard deviations of the receiver learned from the innovations, position and velocity, m
+    /// and m/s; NaN before ten pairs of fixes: (2, 3).
     learned_sigma: Object<'py> = {
         let learned = this.shared.bank.learned_noise();
         arrays::array(py, learned.concat(), &[2, 3])?
@@ -414,7 +414,7 @@ getters! { NavigationFilter, slf, py, this;
     /// "waiting" for a fix, "no heading", "navigating", "coasting" without fixes for two seconds,
     /// or "missing": without samples of a sensor for a tenth of a second.
     status: &'static str = STATUSES[this.shared.bank.status() as usize];
-    /// From the sensor to the antenna, body axes, m, as far as is known: (3,).
+    /// Present estimate of the vector from the sensor to the antenna, body axes, m: (3,).
     antenna: Object<'py> = arrays::small(py, &this.shared.bank.antenna()[0]);
     /// Standard deviations of ``antenna``, 0 if it is not estimated: (3,).
     antenna_sigma: Object<'py> = arrays::small(py, &this.shared.bank.antenna()[1]);
@@ -422,18 +422,18 @@ getters! { NavigationFilter, slf, py, this;
     time: f64 = this.shared.bank.time();
     /// Samples of the sensors to date, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
-    /// Fixes to date by what became of them: "used", "rejected", "refused".
+    /// Counts of fixes to date by verdict: "used", "rejected", "refused".
     fix_count: Bound<'py, PyDict> = {
         let FixCounts { used, rejected, refused, .. } = *this.shared.bank.fixes();
         let [one, two, three] = VERDICTS;
         named(py, [(one, used), (two, rejected), (three, refused)])?
     };
-    /// Counts of fixes that the gate has rejected to date: "positions" and "velocities".
+    /// Counts of positions and velocities rejected by the gate to date: "positions", "velocities".
     rejected_count: Bound<'py, PyDict> = {
         let [positions, velocities] = this.shared.bank.fixes().rejected_of;
         named(py, [("positions", positions), ("velocities", velocities)])?
     };
-    /// Number of moves of the filter to the positions, after ten in a row that were rejected.
+    /// Number of moves of the filter to the positions after ten rejections in a row.
     move_count: u64 = this.shared.bank.fixes().moved;
     /// Time of the last move, s, and its distance, m; None before the first.
     last_move: Option<(f64, f64)> = {

@@ -58,8 +58,8 @@ def to_json(
     Returns
     -------
     str
-        Coefficients, covariance, reference, range, slopes and notes, exact to the last bit; not the
-        means that it was fitted to.
+        Coefficients, covariance, reference, range, slopes and notes, exact to the last bit; without
+        the means of the fit.
     """
     content = {
         "format": _FORMAT,
@@ -155,15 +155,15 @@ def to_px4(
     instance : int
         0 to 3: the number in ``TC_G0_X0_0``. Default 0.
     device_id : int, optional
-        ``TC_G0_ID``, the gyro that the parameters are for: the ``device_id`` of its messages.
-        Without it the line is left out, and PX4 uses none of the others until it is set.
+        ``TC_G0_ID``, the gyro's ``device_id`` in its messages. Without it the line is left out, and
+        PX4 ignores the other parameters until it is set.
 
     Returns
     -------
     str
         ``TC_G0_X3_0`` to ``TC_G0_X0_2``, rad/s over powers of T - ``TC_G0_TREF``, and the range.
         PX4 subtracts ``X0 + X1 dT + X2 dT^2 + X3 dT^3``, and clamps T at the ends of the range,
-        where `predict` goes on along the tangent.
+        whereas `predict` continues along the tangent.
 
     Raises
     ------

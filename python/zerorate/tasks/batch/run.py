@@ -131,9 +131,9 @@ def batch(
 ) -> BatchResult:
     """Filter many logs, estimate their noise, or report on them, and compare the logs.
 
-    Each log is processed in a process of its own. A log that fails, or that kills its worker twice,
-    is reported and the others go on. A run may be stopped at any moment: the next one skips
-    finished logs. ``zerorate batch`` does the same.
+    Each log has its own process. A log that fails, or kills its worker twice, is reported, and the
+    others continue. A run may be stopped at any time: the next one skips finished logs. ``zerorate
+    batch`` does the same.
 
     Parameters
     ----------
