@@ -140,7 +140,7 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredG
     >>> seen[:, 1] = np.minimum(swing, 9.0)  # a range of 516 deg/s
     >>> found = zr.restore_clipped(seen, 200.0)
     >>> print(found.clipped[0])  # doctest: +ELLIPSIS
-    gyro y is clipped at 516 deg/s in 24 % of the samples: restored from their flanks, ...
+    gyro y is clipped at 516 deg/s in 24 % of the samples: restored from the flanks, ...
     >>> before, after = (np.abs(g[:, 1] - swing).max() for g in (seen, found.gyro))
     >>> bool(before > 2.9), bool(after < 0.6)
     (True, True)

@@ -192,7 +192,7 @@ def prepare(recording: Recording, choices: Choices | None = None) -> PreparedRec
     >>> wrong = zr.Log(**{**vars(recording.gyro), "data": recording.gyro.data * [1, -1, 1]})
     >>> made = prepare(zr.Recording({**recording, "gyro": wrong}, "hand.csv"), Choices(fix=True))
     >>> made.alarms
-    ("hand.csv: the gyro's y axis has the opposite sign to the accelerometer's: put right, by fix",)
+    ("hand.csv: the gyro's y axis has the opposite sign to the accelerometer's: corrected by fix",)
     """
     selected = choices or Choices()
     remarks: list[Remark] = []
