@@ -172,7 +172,7 @@ def test_a_sphere_without_a_gyro(found):
         with_mag(part, np.tile(part.mag.data[:200], (30, 1)))
     )
     assert not few.applied
-    assert "each of its sides" in few.advice[0]
+    assert "each side of the sensor" in few.advice[0]
 
 
 def test_the_end_of_the_range_is_left_out(found):

@@ -244,7 +244,7 @@ class TestCalibrate:
         assert str(found.temperature_model).splitlines()[0] in text
         assert "TC_G0_TREF" in (out / "warm-zerorate-calibration-px4.params").read_text()
         code, text, _ = cli("--apply", cal, log, "-o", out)
-        assert "- the bias follows the temperature" in text
+        assert "- the bias is corrected for temperature" in text
         code, _, errors = cli(turns, "-o", out, "--temperature", "--no-figure")
         assert code == 1
         check_line(errors, "turns.csv: there is no temperature to make a model of; the recording")

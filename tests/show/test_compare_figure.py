@@ -31,7 +31,7 @@ def test_it_answers_with_the_best_and_with_what_later_samples_gain():
     found = compared(row("slow", 2.0), row("good", 1.0), row("whole", 0.5, causal=False))
     figure = found.plot()
     assert texts(figure)[:2] == [
-        "Which filter estimates the attitude best (nine axes)?",
+        "Which filter estimates attitude best (nine axes)?",
         "good: 1.00 (total, deg); with later samples whole: 0.500",
     ]
     assert [text.get_weight() for text in figure.axes[0].texts] == ["normal", "bold", "normal"]

@@ -66,7 +66,7 @@ def test_a_magnetometer_is_learned():
     stream = LineStream(settings(learn_magnetometer=True))
     answers = [stream.take(",".join(map(repr, row))) for row in rows.tolist()]
     np.testing.assert_array_equal(quaternions(answers), expected)
-    with pytest.raises(ColumnError, match="the lines hold no magnetometer to be learned"):
+    with pytest.raises(ColumnError, match="the lines have no magnetometer"):
         LineStream(settings(learn_magnetometer=True)).take(LINES[0])
     with pytest.raises(ValueError, match="learn_magnetometer has no effect with mag=False"):
         settings(learn_magnetometer=True, mag=False)
@@ -117,7 +117,11 @@ def test_time_of_its_own_unit():
         ("1,2,3,4,5,6", {"gyro_unit": None}, "the unit of the gyro is not known"),
         ("gx_dps,gy_dps,gz_dps,ax,ay,az", {"gyro_unit": "rad/s"}, "named in deg/s, but unit="),
         ("1,2,3,4,5,6", {"time": "t"}, "there is no column 't'"),
-        ("1,2,3,4,5,6", {"columns": (0, 1, 2, 3, 4, 5), "time": 0}, "is one of a sensor too"),
+        (
+            "1,2,3,4,5,6",
+            {"columns": (0, 1, 2, 3, 4, 5), "time": 0},
+            "is also the column of a sensor",
+        ),
     ],
 )
 def test_columns_that_cannot_be(line, given, match):

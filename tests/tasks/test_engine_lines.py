@@ -137,7 +137,7 @@ def test_columns_that_cannot_be():
         LineStream(array()).take("1,2,3")
     with pytest.raises(ColumnError, match="six, nine or twelve columns, got 3"):
         LineStream(navigation()).take("0,1,2,3")
-    with pytest.raises(ColumnError, match="the time is one of a sensor too"):
+    with pytest.raises(ColumnError, match="the time is also the column of a sensor"):
         LineStream(navigation(columns=(0, 1, 2, 3, 4, 5))).take("0,1,2,3,4,5")
 
 

@@ -216,7 +216,7 @@ def test_a_garbled_line_is_a_missing_sample(line, told):
         ({"columns": ("wx",)}, "a,b", "no column 'wx', expected one of a, b"),
         ({"columns": ("wx",)}, "1,2", "no column 'wx', the line names none"),
         ({"columns": (2,)}, "1,2", "no column 2, the line has 2"),
-        ({"sequence": 0}, "1", "sequence number alone"),
+        ({"sequence": 0}, "1", "only the sequence number"),
     ],
 )
 def test_a_first_line_that_is_refused(settings, line, told):

@@ -189,9 +189,8 @@ def _moved(calibration: Calibration, old: Calibration | None) -> str:
     """Return the change of each parameter since an earlier calibration, if there is one."""
     if old is None:
         return ""
-    return (
-        f"\nCompared with the earlier one, which is first\n{compare_with_earlier(calibration, old)}"
-    )
+    change = compare_with_earlier(calibration, old)
+    return f"\nCompared with the earlier calibration (first column)\n{change}"
 
 
 def _unwritten(exports: Sequence[str]) -> str:

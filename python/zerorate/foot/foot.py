@@ -456,8 +456,8 @@ def _rest_notes(rests: npt.NDArray[np.int64]) -> tuple[str, ...]:
     if len(rests):
         return ()
     return (
-        "it never rests: the gyro's bias is not known better than 0.3 deg/s, and the heading "
-        "drifts with it; stand for two seconds at the start",
+        "it never rests: the gyro's bias is known to 0.3 deg/s only, and the heading drifts "
+        "accordingly; stand for two seconds at the start",
     )
 
 

@@ -56,7 +56,7 @@ def check_writable(
         raise IsADirectoryError(f"cannot write {target}: it is a folder")
     _check_free(target, force)
     if target.exists() and not target.is_file():
-        raise OSError(f"cannot write {target}: a file would replace this device or pipe")
+        raise OSError(f"cannot write {target}: it is no file but a device or a pipe")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(f"cannot write {target}: the folder {folder} is not writable")
 

@@ -141,7 +141,7 @@ _SECTIONS: Final[Mapping[Kind, tuple[Section, ...]]] = {
                 Measure("inclination", "inclination", DEG_PER_RAD),
                 Measure("time", "ns", NS_PER_S),
             ),
-            "Which filter estimates the attitude best (nine axes)?",
+            "Which filter estimates attitude best (nine axes)?",
         ),
         Section(
             "Attitude in motion, six axes",
@@ -150,7 +150,7 @@ _SECTIONS: Final[Mapping[Kind, tuple[Section, ...]]] = {
                 Measure("inclination_6", "inclination", DEG_PER_RAD),
                 Measure("time_6", "ns", NS_PER_S),
             ),
-            "Which filter estimates the attitude best (six axes)?",
+            "Which filter estimates attitude best (six axes)?",
         ),
     ),
 }

@@ -53,7 +53,7 @@ def note_iron_changes(recording: Recording, gyro: str = "gyro") -> tuple[str, ..
     listed = ", ".join(changes)
     return (
         f"the magnetometer's hard iron changed {listed}: something magnetic was attached or "
-        "taken off, and the heading is off while it is there",
+        f"removed, and the heading was wrong meanwhile",
     )
 
 

@@ -129,7 +129,7 @@ class ArraySettings:
         )
         self._check(layout)
         if repr(array) != repr(self.array) or array.samples_seen != samples:
-            raise ValueError("the parts of the state do not belong together")
+            raise ValueError("the parts of the state do not match")
         stamp_clock = restore_stamp_clock(self.rate, saved)
         engine = ArrayEngine(layout, array, self.extra, samples, stamp_clock)
         engine.go_on(saved)

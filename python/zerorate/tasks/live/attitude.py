@@ -208,7 +208,7 @@ class AttitudeSettings:
         first_line = _read_first_line(cells, self, fields)
         mag = len(first_line.layout.channels) == 9
         if self.learn_magnetometer and not mag:
-            raise ColumnError("the lines hold no magnetometer to be learned")
+            raise ColumnError("the lines have no magnetometer")
         filter_ = self.filter(mag, first_line.gyro_unit, first_line.accel_unit)
         layout = first_line.layout
         stamp_clock = StampClock.of(
@@ -223,7 +223,7 @@ class AttitudeSettings:
             check_count(saved["samples"]),
         )
         if attitude.samples_seen != samples:
-            raise ValueError("the parts of the state do not belong together")
+            raise ValueError("the parts of the state do not match")
         first_line = FirstLine(layout, **saved["opened"])
         engine = AttitudeEngine(
             first_line, self, attitude, samples, restore_stamp_clock(self.rate, saved)
@@ -452,11 +452,13 @@ def _read_first_line(
             make_sentence(
                 f"an attitude needs six or nine columns, got {len(channels)}: choose with ",
                 keyword_argument("columns"),
-                " gyro x,y,z, accelerometer x,y,z and maybe magnetometer x,y,z",
+                " x, y, z of gyro, accelerometer and optionally magnetometer",
             )
         )
     if {sequence, time} & set(channels):
-        raise ColumnError("the column of the time or of the sequence number is one of a sensor too")
+        raise ColumnError(
+            "the column of the time or of the sequence number is also the column of a sensor"
+        )
     meanings = [None if names is None else meaning_of(names[i]) for i in channels]
     return FirstLine(
         Layout(width, tuple(channels), sequence, names),

@@ -169,10 +169,10 @@ class NavigationSettings:
             check_count(saved["samples"]),
         )
         if nav.samples_seen != samples:
-            raise ValueError("the parts of the state do not belong together")
+            raise ValueError("the parts of the state do not match")
         stamp_clock = restore_stamp_clock(self.rate, saved)
         if stamp_clock is None:
-            raise ValueError("the parts of the state do not belong together")
+            raise ValueError("the parts of the state do not match")
         engine = self._make_engine(layout, stamp_clock, nav, samples)
         engine.go_on(saved)
         return engine
@@ -184,15 +184,15 @@ class NavigationSettings:
         if len(layout.channels) not in _COLUMN_COUNTS:
             raise ColumnError(
                 make_sentence(
-                    "a navigation needs six, nine or twelve columns, got "
+                    "navigation needs six, nine or twelve columns, got "
                     f"{len(layout.channels)}: choose with ",
                     keyword_argument("columns"),
-                    " gyro and accelerometer x, y, z, then maybe latitude, longitude, height and "
-                    "velocity north, east, down of a fix",
+                    " x, y, z of gyro and accelerometer, then optionally latitude, longitude, "
+                    "height, and velocity north, east, down of a fix",
                 )
             )
         if time in layout.channels or time >= layout.fields:
-            raise ColumnError("the column of the time is one of a sensor too")
+            raise ColumnError("the column of the time is also the column of a sensor")
         return NavigationEngine(layout, self, nav, stamp_clock, samples)
 
     def as_json(self) -> dict[str, Any]:
@@ -277,7 +277,7 @@ class NavigationEngine(TimedEngine):
         """Return the numbers of a line and its stamp; LineError if it holds none."""
         row, stamp = self.layout.row(cells), self.stamp(cells)
         if stamp is None or abs(self._start + stamp) > _MAX_TIME_S:
-            raise LineError("its time is missing, or none in seconds")
+            raise LineError("its time is missing or invalid")
         return row, stamp
 
     @property

@@ -203,11 +203,11 @@ class Settings:
             fresh_filter.channels,
             fresh_filter.params,
         ) or (drift_filter.samples_seen != samples - pending_count):
-            raise ValueError("the parts of the state do not belong together")
+            raise ValueError("the parts of the state do not match")
         accel = tuple(map(check_count, saved.get("accel", ())))
         motion = _restore_motion(saved, self.rate) if accel else None
         if accel and (accel != self._find_accel_columns(layout) or motion is None):
-            raise ValueError("the parts of the state do not belong together")
+            raise ValueError("the parts of the state do not match")
         backlog, stamp_clock = (
             BacklogFilter(drift_filter, self.extra, pending_count, motion),
             restore_stamp_clock(self.rate, saved),
@@ -254,12 +254,12 @@ class Settings:
             return None
         if len(layout.channels) != _AXES:
             raise ColumnError(
-                f"a calibration is of a gyro of three axes, the lines have {len(layout.channels)}"
+                f"a calibration needs a gyro of three axes, the lines have {len(layout.channels)}"
             )
         if layout.unit is None:
             raise ColumnError(
                 make_sentence(
-                    "a calibration needs the unit of the gyro, which the lines do not say: give ",
+                    "a calibration needs the unit of the gyro, which the lines lack: give ",
                     keyword_argument("unit"),
                 )
             )
@@ -306,6 +306,6 @@ def _restore_motion(saved: Mapping[str, Any], rate: float) -> MotionDetector[boo
 
 def _check_bits(bits: int, sequence: str | int | None) -> None:
     if sequence is None:
-        raise ValueError("sequence_bits needs sequence, the column of the numbers")
+        raise ValueError("sequence_bits needs sequence, the column of the sequence numbers")
     if not 1 <= bits <= MAX_BITS:
         raise ArgumentError("sequence_bits", f"must be 1 to {MAX_BITS}, got {bits}")

@@ -218,7 +218,9 @@ class LineStream:
             stream.sequence = restore_sequence(stream.settings, saved.fields["sequence"])
             saved.check(stream.settings.sequence, stream.sequence)
         except FOREIGN_STATE_ERRORS:
-            raise CheckpointError("its checksum fits, but it holds no state of a stream") from None
+            raise CheckpointError(
+                "its checksum is right, but it has no state of a stream"
+            ) from None
         stream._engine = _restore_engine(stream.settings, saved, filter_)
         if settings is not None:
             check_settings(stream.settings, saved.layout.fields, settings, fields)
@@ -227,7 +229,7 @@ class LineStream:
     @property
     def _require_engine(self) -> Engine:
         if self._engine is None:
-            raise RuntimeError("no line has come yet, so the columns are not known")
+            raise RuntimeError("no line was received yet, so the columns are unknown")
         return self._engine
 
     def _answer_sample(self, engine: Engine, cells: list[str]) -> str:
@@ -253,4 +255,4 @@ def _restore_engine(settings: EngineSettings, saved: StreamState, filter_: bytes
     except CheckpointError:
         raise
     except FOREIGN_STATE_ERRORS:
-        raise CheckpointError("its checksum fits, but it holds no state of a stream") from None
+        raise CheckpointError("its checksum is right, but it has no state of a stream") from None
