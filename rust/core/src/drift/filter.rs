@@ -66,7 +66,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
             process_noise: Symmetric::diagonal(start),
             state: State::new(start),
             last: Correction { innovation: T::zero(), variance: T::one(), inverse: T::zero() },
-            count: T::of(params.process_noise_memory),
+            count: T::of(params.process_noise_memory).at_most(T::limit(T::Element::MAX)),
             peak: T::zero(),
             guards: T::zero(),
         })
