@@ -84,12 +84,7 @@ impl Recording {
     ///
     /// # Errors
     /// [`Fault`] at the first record that does not hold what it must.
-    pub fn read(
-        raw: &[u8],
-        wanted: &[u16],
-        limit: usize,
-        unpack: Unpack,
-    ) -> Result<Self, Fault> {
+    pub fn read(raw: &[u8], wanted: &[u16], limit: usize, unpack: Unpack) -> Result<Self, Fault> {
         let inner = raw.strip_prefix(MAGIC).ok_or(Fault::Mark("first"))?;
         inner.strip_suffix(MAGIC).ok_or(Fault::Mark("last"))?;
         let mut walk = Walk { wanted, limit, unpack, ..Walk::default() };
@@ -353,7 +348,8 @@ mod tests {
         let chunk = |inner: Vec<u8>, name: &str| {
             let crc = crc32fast::hash(&inner).to_le_bytes();
             let size = (inner.len() as u64).to_le_bytes();
-            let kept = inner.iter().map(|b| if name.is_empty() { *b } else { !b }).collect::<Vec<_>>();
+            let kept =
+                inner.iter().map(|b| if name.is_empty() { *b } else { !b }).collect::<Vec<_>>();
             record(CHUNK, &[&[0; 16], &size, &crc, &text(name), &size, &kept])
         };
         let first: Vec<u8> = (0..5).flat_map(|k| message(k % 2, 10 + u64::from(k))).collect();

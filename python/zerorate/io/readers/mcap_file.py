@@ -49,7 +49,8 @@ class McapMessages(NamedTuple):
 
     def select(self, mask: npt.NDArray[np.bool_]) -> McapMessages:
         """Return some of the messages."""
-        return McapMessages(*(numbers[mask] for numbers in self[:4]), self.raw)
+        channels, times, begins, lengths, raw = self
+        return McapMessages(channels[mask], times[mask], begins[mask], lengths[mask], raw)
 
 
 class McapReader:
@@ -69,6 +70,7 @@ class McapReader:
         self.connections = [_make_connection(*channel) for channel in channels]
 
     def __enter__(self) -> Self:
+        """Return the reader itself."""
         return self
 
     def __exit__(self, *_: object) -> None:

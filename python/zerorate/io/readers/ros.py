@@ -263,9 +263,7 @@ def decode_cdr_imu(raw: bytes, numbers: Mapping[str, struct.Struct] = _VALUE_STR
     return (seconds, nanoseconds, *numbers[order].unpack_from(raw, _PREFIX_BYTES + aligned))
 
 
-def decode_cdr_imus(
-    messages: McapMessages, places: Sequence[int]
-) -> tuple[Column, list[Column]]:
+def decode_cdr_imus(messages: McapMessages, places: Sequence[int]) -> tuple[Column, list[Column]]:
     """Return the stamps, ns, and some of the 37 numbers of messages of ROS 2, each of shape (n,).
 
     Raises

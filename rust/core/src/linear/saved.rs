@@ -129,7 +129,5 @@ fn is_covariance(n: usize, P: &[f64]) -> bool {
     let mut room = vec![0.0; n * n];
     let symmetric = (0..n).all(|i| (0..i).all(|j| P[i * n + j] == P[j * n + i]));
     let bound = 2.0 * n as f64 * MAX_VARIANCE;
-    symmetric
-        && P.iter().all(|p| is_within(*p, bound))
-        && is_settled(n, P, &mut room)
+    symmetric && P.iter().all(|p| is_within(*p, bound)) && is_settled(n, P, &mut room)
 }

@@ -176,3 +176,52 @@ pub(crate) fn vector<T: Real, const N: usize>(element: impl Fn(usize) -> T) -> S
     }
     vector
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{MAX_INDEFINITENESS, Symmetric};
+    use crate::math::Limits;
+    use proptest::prelude::*;
+
+    /// A covariance whose correlations have a least eigenvalue of `-miss`: all of them equal.
+    fn missing<const N: usize>(miss: f64, sizes: &[i32], sign: f64) -> Symmetric<f64, N> {
+        let r = match sign > 0.0 {
+            // Of two rows either sign does.
+            true => 1.0 + miss,
+            false => -(1.0 + miss) / (N as f64 - 1.0),
+        };
+        let alone = |i: usize, j: usize| sign > 0.0 && (i > 1 || j > 1);
+        let size = |i: usize| 2f64.powi(sizes[i]);
+        Symmetric::from_upper(|i, j| match i == j {
+            true => size(i) * size(i),
+            false if alone(i, j) => 0.0,
+            false => r * size(i) * size(j),
+        })
+    }
+
+    fn is_bounded<const N: usize>(share: f64, sizes: &[i32]) -> Result<(), TestCaseError> {
+        let bound = N as f64 * MAX_INDEFINITENESS * f64::ROUNDING;
+        for sign in [1.0, -1.0] {
+            // To the rounding of the test itself.
+            let within = missing::<N>((1.0 - share) * bound, sizes, sign);
+            prop_assert!(within.is_covariance(f64::MAX), "{within:?}");
+            let beyond = missing::<N>((1.0 + share) * bound, sizes, sign);
+            prop_assert!(!beyond.is_covariance(f64::MAX), "{beyond:?}");
+        }
+        Ok(())
+    }
+
+    proptest! {
+        #[test]
+        fn covariances_at_either_side_of_the_bound(
+            share in 0.1..1.0,
+            sizes in prop::collection::vec(-60..60, 8),
+        ) {
+            is_bounded::<2>(share, &sizes)?;
+            is_bounded::<3>(share, &sizes)?;
+            is_bounded::<4>(share, &sizes)?;
+            is_bounded::<6>(share, &sizes)?;
+            is_bounded::<8>(share, &sizes)?;
+        }
+    }
+}

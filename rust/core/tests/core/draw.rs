@@ -2,14 +2,46 @@
 
 /// Ends of ranges, and what lies beyond most of them.
 const EXTREMES: [f64; 20] = [
-    0.0, 5e-324, 1e-310, 1e-30, 1e-12, 1e-9, 1e-6, 1e-3, 0.5, 1.0, 2.0, 10.0, 60.0, 1e3, 1e6, 1e9,
-    1e12, 1e30, 1e150, f64::MAX,
+    0.0,
+    5e-324,
+    1e-310,
+    1e-30,
+    1e-12,
+    1e-9,
+    1e-6,
+    1e-3,
+    0.5,
+    1.0,
+    2.0,
+    10.0,
+    60.0,
+    1e3,
+    1e6,
+    1e9,
+    1e12,
+    1e30,
+    1e150,
+    f64::MAX,
 ];
 const LEVELS: [f64; 8] = [0.0, 1.0, -1.0, 0.01, 9.81, 50.0, -0.0, 1e-3];
 /// Seconds between two samples; a year of gaps comes together within one history.
 const STEPS_S: [f64; 16] = [
-    0.0, 5e-324, 1e-9, 1e-3, 0.01, 0.1, 1.0, 60.0, 3600.0, 1e6, 3.2e7, 1e12, 1e300, -1.0,
-    f64::INFINITY, f64::NAN,
+    0.0,
+    5e-324,
+    1e-9,
+    1e-3,
+    0.01,
+    0.1,
+    1.0,
+    60.0,
+    3600.0,
+    1e6,
+    3.2e7,
+    1e12,
+    1e300,
+    -1.0,
+    f64::INFINITY,
+    f64::NAN,
 ];
 /// Of a filter whose time only grows.
 const STARTS_S: [f64; 7] = [0.0, -0.01, -1e9, 1e-300, 1.0, 1.7e9, 1e15];

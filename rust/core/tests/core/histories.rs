@@ -18,9 +18,7 @@ use zerorate_core::calibrate::{
 use zerorate_core::checkpoint::{self, Checkpoint};
 use zerorate_core::drift::{DriftNumber, PublishedFilter};
 use zerorate_core::navigation::foot::{FootFilter, FootParams};
-use zerorate_core::navigation::{
-    Adapt, Kind, NavigationFilter, NavigationParams, Start, Wheels,
-};
+use zerorate_core::navigation::{Adapt, Kind, NavigationFilter, NavigationParams, Start, Wheels};
 use zerorate_core::position::{
     POSITION_CONSTANTS, POSITION_METHODS, PositionConstants, PositionFilter, PositionMethod,
     PositionParams,
@@ -33,7 +31,7 @@ use zerorate_core::{
 };
 
 /// Histories of a stream for every change.
-const HISTORIES: u64 = 100;
+const HISTORIES: u64 = 200;
 
 /// The first stream that the constructor takes.
 fn made<S>(draw: &mut Draw, make: impl Fn(&mut Draw) -> Result<S, Error>) -> S {
@@ -68,12 +66,17 @@ fn continues<S: Stream + Checkpoint + Debug>(
             let copy = copied(&stream, k % 2 == 1);
             let mut other = copy.unwrap_or_else(|error| panic!("{}: {error}: {stream:?}", place()));
             for row in &block {
-                let outputs = [&mut stream, &mut other].map(|one| bits(one.update(Input::read(row))));
+                let outputs =
+                    [&mut stream, &mut other].map(|one| bits(one.update(Input::read(row))));
                 assert_eq!(outputs[0], outputs[1], "{}", place());
             }
             assert!(saved(&stream) == saved(&other), "{}", place());
         }
-        assert!(stream.is_valid(), "{}, at the end of history {seed}: {stream:?}", type_name::<S>());
+        assert!(
+            stream.is_valid(),
+            "{}, at the end of history {seed}: {stream:?}",
+            type_name::<S>()
+        );
     }
 }
 
