@@ -183,7 +183,7 @@ class TestEstimate:
 
     def test_errors_need_a_reference(self):
         found = zr.estimate_attitude(without("reference"))
-        with pytest.raises(ValueError, match="no orientation to compare with"):
+        with pytest.raises(ValueError, match="no true orientation"):
             found.errors()
         assert "Errors" not in found.table()
 

@@ -58,9 +58,9 @@ class TestReplay:
         code, _, errors = cli(log, other, "-o", out, "--figure-format", "svg")
         assert (code, "exists already; pass --force" in errors) == (2, True)
         code, _, errors = cli(log, other, "-o", out / "a.parquet")
-        assert (code, "takes a folder where there are several logs" in errors) == (2, True)
+        assert (code, "takes a folder for several logs" in errors) == (2, True)
         code, _, errors = cli(log, log, "-o", out)
-        assert (code, "two logs have one name" in errors) == (2, True)
+        assert (code, "two logs have the same name" in errors) == (2, True)
 
     @pytest.mark.parametrize("typed", ["ekf", "", "kf,,akf"])
     def test_methods_that_there_are_not(self, cli, log, out, typed):

@@ -99,7 +99,7 @@ def test_fixes_of_another_vehicle_tell_no_clock():
         checks = check_navigation(imu, positions_alone(other.fixes))
         assert not checks.mistakes
         (doubt,) = (one for one in checks.findings if one.what == "clock")
-        assert "do not turn the same way" in doubt.text
+        assert "rotate differently" in doubt.text
 
 
 def test_a_straight_road_turns_too_little():

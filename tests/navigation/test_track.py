@@ -273,6 +273,6 @@ def test_a_filter_that_gives_way_says_so():
     assert nav.move_count == 2  # there and back
     assert track.rejected_count["positions"] >= 20
     (note,) = [note for note in track.notes if "in a row" in note]
-    assert "ten positions in a row had been rejected" in note
+    assert "ten positions in a row were rejected" in note
     assert re.search(r"went where they are, 5\d{3} km away, the last of 2 times", note)
     assert note in track.table().replace("\n  ", " ")

@@ -95,7 +95,7 @@ def to_kalibr(
 
 _KALIBR_COMMENTS: Final = (
     "# raw_a, raw_g: samples in m/s^2 and rad/s; a: specific force; w: angular rate.",
-    "# What the sensors make of a motion:",
+    "# Output of the sensors:",
     "#   raw_a = accelerometers.M a + b_a",
     "#   raw_g = gyroscopes.M C_gyro_i w + gyroscopes.A C_gyro_i a + b_g",
     "# How to correct samples:",
@@ -188,7 +188,8 @@ def _format_triad(
     if si == "rad/s" and calibration.values[G_SENSITIVITY].any():
         largest = np.abs(calibration.values[G_SENSITIVITY]).max()
         remarks += (
-            f"# g-sensitivity has no place here: up to {shorten(largest, 3)} {raw} a g is left.",
+            f"# g-sensitivity cannot be stored here: up to {shorten(largest, 3)} {raw} a g is "
+            f"left.",
         )
     return "\n".join((*(" ".join(map(_format_number, row)) for row in rows), *remarks)) + "\n"
 
@@ -233,7 +234,7 @@ def to_px4(
     model = _significant_model(calibration)
     if model is not None:
         lines += [
-            "# The bias of the gyro is all in these:",
+            "# These include the whole bias of the gyro:",
             model.to_px4(instance=instance).rstrip(),
         ]
     return write_text("\n".join(lines) + "\n", path, force)
@@ -331,7 +332,7 @@ def _check_valid(calibration: Calibration, doubtful: bool) -> None:
     """Refuse a doubtful calibration: ValueError with advice for another record."""
     if calibration.valid or doubtful:
         return
-    advice = "; ".join(calibration.advice) or "rest in a dozen poses, and turns between them"
+    advice = "; ".join(calibration.advice) or "rests in a dozen poses, and rotations between them"
     raise ValueError(
         make_sentence(
             f"the calibration is not valid, {calibration.problems[0]}: record {advice}; ",

@@ -72,7 +72,7 @@ def _unit_factor(own: str, wanted: str, sensor: Sensor) -> float:
         return 1.0
     if wanted not in UNITS or own not in UNITS:
         advice = (
-            "give their unit where they are read, as for the calibration"
+            "give their unit when you read them, as for the calibration"
             if own in UNITS
             else "read them as raw counts, as for the calibration, or calibrate with a unit"
         )
@@ -400,8 +400,8 @@ def _identify_sensor(log: Log) -> Sensor:
         if all(map(looks_like_gyro, log.names)):
             return "gyro"
     raise LogError(
-        f"neither unit ({log.unit}) nor names ({', '.join(log.names)}) say that this log is of a "
-        "gyro or of an accelerometer"
+        f"neither unit ({log.unit}) nor names ({', '.join(log.names)}) show that this log is of a "
+        f"gyro or of an accelerometer"
     )
 
 
@@ -488,7 +488,7 @@ def _channel_notes(log: Log, sensor: Sensor, calibration: Calibration) -> Iterat
     if own and own != log.names:
         yield (
             f"the calibration was made of {', '.join(own)}, and is applied to "
-            f"{', '.join(log.names)}: it holds only if that is the same sensor"
+            f"{', '.join(log.names)}: it is valid only for the same sensor"
         )
 
 
@@ -500,7 +500,7 @@ def _make_corrected_log(
     sentences = (*_correction_notes(calibration, sensor), *_channel_notes(log, sensor, calibration))
     corrected = _add_notes(replace(log, data=data, unit=unit), sentences)
     if without_accel and calibration.values[G_SENSITIVITY].any():
-        note = "the log has no accelerometer, so the g-sensitivity of the gyro stays"
+        note = "the log has no accelerometer, so the gyro's g-sensitivity is not corrected"
         return _add_notes(corrected, [note])
     return corrected
 
@@ -516,16 +516,16 @@ def _temperature_notes(calibration: Calibration, temperature: Log | None) -> Ite
     if model is None:
         return
     if temperature is None:
-        yield "the log has no temperature, so the bias is the one of the calibration"
+        yield "the log has no temperature, so the calibration's bias is used"
         return
     low, high = model.range
     known = temperature.data[np.isfinite(temperature.data[:, 0]), 0]
     beyond = float(np.mean((known < low) | (known > high))) if known.size else 0.0
-    yield "the bias follows the temperature"
+    yield "the bias is corrected for temperature"
     if beyond > 0.0:
         yield (
             f"{100.0 * beyond:.0f} % of the temperatures lie outside of the {low:.1f} to "
-            f"{high:.1f} degC that the model has seen: the bias there is extrapolated"
+            f"{high:.1f} degC range of the model: the bias there is extrapolated"
         )
 
 

@@ -24,7 +24,7 @@ const PEAK_TO_SUM_OVER_NOISE: f64 = 1.5;
 type Vector<'py, T> = Bound<'py, PyArray1<T>>;
 type Columns<'py> = (Bound<'py, PyAny>, Vector<'py, i64>, Vector<'py, f64>, Vector<'py, f64>);
 
-/// Records without the details that are no larger than noise.
+/// Denoising of records: details no larger than noise are removed.
 ///
 /// Parameters
 /// ----------

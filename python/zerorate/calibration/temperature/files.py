@@ -35,7 +35,7 @@ _FORMAT: Final = "zerorate temperature model"
 _VERSION: Final = 1
 _MODEL: Final = (
     "bias = sum of c_k ((T - reference) / 10)^k, T in degC inside the range; beyond it the "
-    "tangent, one span further at most"
+    "tangent, for at most one more span"
 )
 
 _ARDUPILOT_REFERENCE_DEGC: Final = 35.0
@@ -185,7 +185,7 @@ def to_px4(
     ]
     lines = [
         "# PX4: thermal compensation of a gyro, rad/s and degC.",
-        *(() if device_id is not None else (f"# TC_G{instance}_ID is to be set as well.",)),
+        *(() if device_id is not None else (f"# TC_G{instance}_ID must be set, too.",)),
         *_range_comments(model),
         "# Vehicle-Id Component-Id Name Value Type",
         *whole,
@@ -290,7 +290,7 @@ def _shift_reference(c: Floats, shift: float) -> Floats:
 def _range_comments(model: TemperatureModel) -> list[str]:
     """Return the comments that a reader of the file needs."""
     low, high = model.range
-    lines = [f"# Of {low:.1f} to {high:.1f} degC; beyond, the bias at the end of that is used."]
+    lines = [f"# Of {low:.1f} to {high:.1f} degC; outside, the bias at the nearer end is used."]
     if not any(model.degrees):
         lines.append(f"# WARNING: {_NO_DEPENDENCE_TEXT}.")
     return lines

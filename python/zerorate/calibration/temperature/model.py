@@ -548,12 +548,11 @@ def _notes(model: TemperatureModel, blocks: Blocks, outlier_count: int) -> Seque
     if outlier_count:
         have = "temperature leaps" if outlier_count == 1 else "temperatures leap"
         notes.append(
-            f"{outlier_count} {have} by 10 K and more at once and back within seconds, as "
-            "no gyro does: "
-            "left out."
+            f"{outlier_count} {have} by 10 K and more at once and back within seconds, which no "
+            f"gyro does: left out."
         )
     if not np.isfinite(blocks.temperature).all():
-        notes.append("There is no temperature: the bias is that of the record, at any temperature.")
+        notes.append("There is no temperature: the record's bias is used at any temperature.")
     elif model.span < MIN_SPANS_K[0]:
         notes.append(
             f"Temperature moved by {shorten(model.span)} K only: the slope is not "

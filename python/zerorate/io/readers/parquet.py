@@ -101,7 +101,7 @@ class RowGroupWriter:
     Parameters
     ----------
     path : Path
-        The file to write.
+        File to write.
     names : sequence of str
         Of the columns, which hold doubles or flags.
     metadata : mapping

@@ -140,7 +140,7 @@ def batch(
     sources : str, path, or sequence of these
         Folders, with all logs in them; files; or patterns such as ``"logs/**/*.parquet"``. Brackets
         in a pattern may be literal. ``**`` visits each folder once, however many links lead there.
-        Files that zerorate has written are left out unless a pattern names them.
+        Files written by zerorate are left out unless a pattern names them.
     folder : path
         Folder of the results, made if missing. It mirrors the folders below the common folder of
         the sources. It holds the result of each log and a record in JSON, ``summary.parquet`` of

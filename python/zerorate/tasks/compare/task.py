@@ -118,7 +118,7 @@ def compare(
     frame : {"enu", "ned", "nwu"}
         Frame of the true orientation.
     reference : str, optional
-        Column of an encoder's angle or of a true rate.
+        Reference column: an encoder's angle or a true rate.
     quaternion : sequence of str, optional
         Columns w, x, y, z of the true orientation.
     simulated : bool

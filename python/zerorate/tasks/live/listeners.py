@@ -164,6 +164,7 @@ class BoundedServer(ThreadingHTTPServer):
 
     daemon_threads = True
     block_on_close = False
+    request_queue_size = _MAX_CONNECTIONS
 
     def __init__(self, host: str, port: int, handler: type[BoundedHandler], access: Access) -> None:
         self.access = access

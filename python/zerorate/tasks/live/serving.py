@@ -226,8 +226,8 @@ class Server:
             wrap = f"; they wrap after {count.turn[1]}" if count.wraps and count.turn else ""
             yield (
                 f"{self.stream.samples} samples, {count.lost_count} of them lost; "
-                f"{count.late_count} came late or again; "
-                f"the numbers restarted {count.restart_count} times{wrap}"
+                f"{count.late_count} came late or twice; the numbers restarted "
+                f"{count.restart_count} times{wrap}"
             )
         if self.garbled_count:
             yield f"garbled lines: {self.garbled_count}"
@@ -240,7 +240,7 @@ class Server:
     def _answer(self, number: int, line: str | Damage) -> str | None:
         if isinstance(line, Damage):
             self._warn_garbled(
-                f"after {self.stream.samples} samples {line.reason}; it is taken as missing"
+                f"after {self.stream.samples} samples {line.reason}; it counts as missing"
             )
             return self.stream.take_damaged()
         try:
@@ -251,7 +251,7 @@ class Server:
             if not self.stream.open and not self.allow_garbled_start:
                 raise LineError(make_sentence(f"line {number}: ", sentence_of(error))) from None
             self._warn_garbled(
-                make_sentence(f"line {number}: ", sentence_of(error), "; it is taken as missing")
+                make_sentence(f"line {number}: ", sentence_of(error), "; it counts as missing")
             )
         return self.stream.no_answer if self.stream.open else None
 

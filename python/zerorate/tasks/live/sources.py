@@ -348,7 +348,7 @@ def _open_http(request: SourceRequest) -> Iterator[_Read]:
 
     request.ending.notices += [
         lambda: _dropped(bodies, "pushes"),
-        lambda: f"{len(torn)} pushes came torn; the first: {torn[0]}" if torn else "",
+        lambda: f"{len(torn)} requests were incomplete; the first: {torn[0]}" if torn else "",
     ]
     host, number = _parse_address(request.target, "http")
     try:
@@ -447,10 +447,10 @@ SOURCES: Final = {
     "udp": SourceKind("udp:HOST:PORT", "datagrams to this address of this machine", _open_udp),
     "ws": SourceKind("ws://HOST:PORT/PATH", "a WebSocket", _open_websocket),
     "http": SourceKind(
-        "http:HOST:PORT", "what is pushed to this address of this machine", _open_http
+        "http:HOST:PORT", "HTTP requests to this address of this machine", _open_http
     ),
     "ble": SourceKind(
-        "ble:ADDRESS/CHARACTERISTIC", "a Bluetooth device's notices", _open_bluetooth
+        "ble:ADDRESS/CHARACTERISTIC", "notifications of a Bluetooth device", _open_bluetooth
     ),
 }
 """The kinds of live sources, by what their addresses begin with."""

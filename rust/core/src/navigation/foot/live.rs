@@ -25,8 +25,8 @@ const LOOK_BACK_S: f64 = 1.5;
 const ROW: usize = 16;
 const ROWS: usize = 7;
 const NODES: usize = ROW * ROWS;
-/// Without a rest it begins in a valley of so many seconds; nothing is reported before that has ended,
-/// at which the bound is so many times the valley's.
+/// Without a rest it begins in a valley of so many seconds; nothing is reported before that has
+/// ended, at which the bound is so many times the valley's.
 const START_WINDOW_S: f64 = 1.5;
 const MIN_END_RATIO: f64 = 5.0;
 /// With a range, for so long rates that are clipped wait for their end, s.
@@ -183,8 +183,8 @@ impl FootFilter {
         samples as f64 * self.lengths.dt
     }
 
-    /// True if it begins here: nothing is known, or it moves less than at any sample before its first
-    /// valley had ended, or much less than in that.
+    /// True if it begins here: nothing is known, or it moves less than at any sample before its
+    /// first valley had ended, or much less than in that.
     fn begins(&mut self, k: u64) -> bool {
         if self.rested || self.bound == f64::INFINITY {
             return false;
@@ -357,7 +357,8 @@ impl FootFilter {
         self.walker.as_ref().map_or([0.0; 3], |walker| walker.filter.accel_bias.into())
     }
 
-    /// Standard deviations of position, velocity, orientation and biases; NaN where nothing is known.
+    /// Standard deviations of position, velocity, orientation and biases; The poses, NaN in longer
+    /// intervals.
     pub fn sigma(&self) -> Errors {
         let Some(walker) = self.reported() else { return [f64::NAN; STATES] };
         let mut sigma = walker.filter.sigma;
@@ -370,8 +371,8 @@ impl FootFilter {
         sigma
     }
 
-    /// The share of the time of the last six swings that passes for a foot's; NaN before there are as
-    /// many.
+    /// The share of the time of the last six swings that passes for a foot's; NaN before there are
+    /// as many.
     pub fn foot_share(&self) -> f64 {
         self.swings.share()
     }
