@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final, Literal, NamedTuple, TypeAlias
+from typing import ClassVar, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,7 @@ from zerorate.record.missing import floats
 from zerorate.record.named import convert_to_unit, rate_of
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import canonical, convert, kind
-from zerorate.views import Result
+from zerorate.views import OneArray, Result
 
 AccelWeights: TypeAlias = Literal["auto", "mean", "white"]
 
@@ -60,7 +60,7 @@ _RIDGE: Final = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class FusedAccelerometers(Result):
+class FusedAccelerometers(OneArray, Result):
     """One accelerometer fused from N, with the weights and residuals of each; n samples.
 
     Attributes
@@ -89,6 +89,8 @@ class FusedAccelerometers(Result):
     >>> found.accel.shape, found.weights.shape, bool(found.excluded.any())
     ((500, 3), (500, 3), False)
     """
+
+    _array_field: ClassVar[str] = "accel"
 
     accel: Floats
     weights: Floats

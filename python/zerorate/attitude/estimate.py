@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Final, TypeAlias, cast
+from typing import Any, ClassVar, Final, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -28,7 +28,7 @@ from zerorate.record import Log, LogError, Poses, Recording
 from zerorate.record.log import FORWARD_RIGHT_DOWN
 from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats, Integers
-from zerorate.views import Result
+from zerorate.views import OneArray, Result
 
 METHODS: Final = ATTITUDE_METHODS
 """Methods of `zerorate.Attitude`."""
@@ -50,7 +50,7 @@ _MOMENT_FIELDS: Final = ("gyro_matrix", "gyro_matrix_sigma")
 
 
 @dataclass(frozen=True, eq=False)
-class AttitudeEstimate(Result):
+class AttitudeEstimate(OneArray, Result):
     """Attitude of a body over a recording of n samples, as `zerorate.estimate_attitude` returns it.
 
     Parameters
@@ -103,6 +103,8 @@ class AttitudeEstimate(Result):
     >>> found.n, found.euler.shape, bool(found.tilt_sigma[-1] < np.radians(1.0))
     (2000, (2000, 3), True)
     """
+
+    _array_field: ClassVar[str] = "quaternion"
 
     time: Floats
     rate: float

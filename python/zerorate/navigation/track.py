@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -28,6 +28,7 @@ from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result, figure_of
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from zerorate.navigation.outage import Outages
@@ -306,12 +307,15 @@ class Track(SmoothableTrack, Result):
         extra["navigating"] = self.navigating
         return Log.at(self.time, rate, self.position, names, "deg, deg, m", meta, extra)
 
-    def plot(self, outages: Outages | None = None) -> Figure:
+    def plot(
+        self, outages: Outages | None = None, *, ax: Axes | Sequence[Axes] | None = None
+    ) -> Figure:
         """Return the figure, which marks outages of ``zerorate.navigation.outages``.
 
-        It raises ImportError without matplotlib (extra ``plot``).
+        With `ax` only its path is drawn, there. It raises ImportError without matplotlib (extra
+        ``plot``).
         """
-        return figure_of(self, outages)
+        return figure_of(self, outages, ax=ax)
 
 
 def run_navigation(
