@@ -17,6 +17,7 @@ from zerorate.attitude.options import ATTITUDE_METHODS
 from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.geometry.frames import FRAMES, Frame, from_enu, in_enu
 from zerorate.geometry.rotations import about_z, euler_angles, product
+from zerorate.geometry.scipy_rotation import Oriented
 from zerorate.metrics.orientation import (
     Heading,
     OrientationErrors,
@@ -50,7 +51,7 @@ _MOMENT_FIELDS: Final = ("gyro_matrix", "gyro_matrix_sigma")
 
 
 @dataclass(frozen=True, eq=False)
-class AttitudeEstimate(OneArray, Result):
+class AttitudeEstimate(Oriented, OneArray, Result):
     """Attitude of a body over a recording of n samples, as `zerorate.estimate_attitude` returns it.
 
     Parameters
@@ -143,13 +144,6 @@ class AttitudeEstimate(OneArray, Result):
         north over east, in ENU from east over north.
         """
         return euler_angles(self.quaternion)
-
-    @property
-    def rotation(self) -> Any:  # noqa: ANN401
-        """The orientations as a ``scipy.spatial.transform.Rotation``."""
-        from scipy.spatial.transform import Rotation
-
-        return Rotation.from_quat(self.quaternion, scalar_first=True)
 
     @property
     def gyro_matrix(self) -> Floats:

@@ -20,6 +20,7 @@ from zerorate.geometry.rotations import (
     rotate,
     to_rotation_vectors,
 )
+from zerorate.geometry.scipy_rotation import Oriented, RotationLike, as_quaternions
 from zerorate.navigation.events import Events
 from zerorate.numerals import format_with_error
 from zerorate.record import Log, Poses
@@ -108,7 +109,7 @@ class SmoothableTrack:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Track(SmoothableTrack, Result):
+class Track(Oriented, SmoothableTrack, Result):
     """The track of a vehicle over n samples, as ``NavigationFilter.process`` returns it.
 
     Parameters
@@ -189,7 +190,7 @@ class Track(SmoothableTrack, Result):
         self,
         position: npt.ArrayLike,
         velocity: npt.ArrayLike | None = None,
-        quaternion: npt.ArrayLike | None = None,
+        quaternion: RotationLike | None = None,
     ) -> Floats:
         """Return the track minus the truth.
 
@@ -199,7 +200,7 @@ class Track(SmoothableTrack, Result):
             deg, deg, m.
         velocity : array_like, shape (n, 3), optional
             North, east, down, m/s.
-        quaternion : array_like, shape (n, 4), optional
+        quaternion : array_like, shape (n, 4), or scipy Rotation of length n, optional
             Quaternions w, x, y, z to north, east, down.
 
         Returns
@@ -212,7 +213,8 @@ class Track(SmoothableTrack, Result):
         if velocity is not None:
             parts.append(self.velocity - floats(velocity, "velocity"))
         if quaternion is not None:
-            back = product(floats(quaternion, "quaternion"), inverse(self.quaternion))
+            truth = floats(as_quaternions(quaternion), "quaternion")
+            back = product(truth, inverse(self.quaternion))
             parts.append(to_rotation_vectors(back))
         return np.hstack(parts)
 

@@ -11,6 +11,8 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from zerorate.faults import ArgumentError
 
 if TYPE_CHECKING:
@@ -61,7 +63,7 @@ def draw_into(draw: Callable[[], Figure], ax: Axes | Sequence[Axes], main: int) 
     ArgumentError
         If there are more axes than panels.
     """
-    panels = _Panels(list(ax) if isinstance(ax, Sequence) or hasattr(ax, "flat") else [ax], main)
+    panels = _Panels(np.asarray(ax, dtype=object).ravel().tolist(), main)
     token = _PANELS.set(panels)
     try:
         figure = draw()
@@ -82,20 +84,20 @@ def _finish(axes: Axes, figure: Figure, panels: Sequence[Axes]) -> None:
         axes.set_xlabel(next((one.get_xlabel() for one in panels[::-1] if one.get_xlabel()), ""))
     for legend in figure.legends if axes.get_legend() is None else ():
         names = [text.get_text() for text in legend.get_texts()]
-        axes.legend(legend.legend_handles, names, fontsize=legend.get_texts()[0].get_fontsize())
+        handles = [handle for handle in legend.legend_handles if handle is not None]
+        axes.legend(handles, names, fontsize=legend.get_texts()[0].get_fontsize())
     _scale_texts(axes)
 
 
 def _scale_texts(axes: Axes) -> None:
-    """Scale letters from those of a figure of this package to those of the caller's."""
+    """Scale letters such that those of the axis labels have matplotlib's ``font.size``."""
     from matplotlib import rcParams
     from matplotlib.text import Text
 
-    from zerorate.show.style import FONT_PT
-
-    scale = rcParams["font.size"] / FONT_PT
+    label_size = axes.xaxis.label.get_fontsize()
+    scale = rcParams["font.size"] / label_size
     for which in ("major", "minor"):
-        size = axes.xaxis.get_tick_params(which).get("labelsize", FONT_PT)
+        size = axes.xaxis.get_tick_params(which).get("labelsize", label_size)
         axes.tick_params(which=which, labelsize=scale * size)
     ticks = {*axes.get_xticklabels(which="both"), *axes.get_yticklabels(which="both")}
     for text in axes.findobj(Text):

@@ -145,12 +145,15 @@ MAIN_PANELS: Final = {
 }
 """Index of the panel that answers the question of a figure, where it is not the first one."""
 
+
+def _make_view(name: str) -> View:
+    table, figure, *page = (f"zerorate.show.{place}" for place in VIEWS[name])
+    return View(table, figure, page[0] if page else "", MAIN_PANELS.get(name, 0))
+
+
 register(
     "zerorate",
-    {
-        name: View(*(f"zerorate.show.{place}" for place in views), main=MAIN_PANELS.get(name, 0))
-        for name, views in VIEWS.items()
-    },
+    {name: _make_view(name) for name in VIEWS},
     columns="zerorate.show.columns:columns_of",
     panels="zerorate.show.given_axes:draw_into",
 )

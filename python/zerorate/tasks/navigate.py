@@ -257,7 +257,7 @@ def navigate(
         With a gyro and an accelerometer.
     fixes : Fixes or path, optional
         Fixes of the receiver; by default those in the recording.
-    mount : array_like, shape (3, 3), "auto" or "none"
+    mount : array_like, shape (3, 3), scipy Rotation, "auto" or "none"
         Rotation from the sensors' axes to forward, right, down. "auto": from the metadata, or else
         from the motion. "none": the sensors' axes are the body's.
     antenna : array_like, shape (3,), optional
