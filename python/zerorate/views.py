@@ -17,10 +17,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
 if TYPE_CHECKING:
+    import numpy.typing as npt
     import pandas  # type: ignore[import-untyped]
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -295,6 +293,8 @@ class OneArray:
         self, dtype: npt.DTypeLike | None = None, copy: bool | None = None
     ) -> npt.NDArray[Any]:
         """Return the array for ``numpy.asarray``: itself, unless a copy is requested."""
+        import numpy as np
+
         return np.array(getattr(self, self._array_field), dtype=dtype, copy=copy)
 
 

@@ -21,7 +21,7 @@ _READING: Final = ReadingOptions(
     without=("group_by",),
     help={
         "unit": "Unit of the gyro: rad/s, deg/s or deg/h. Needed if the columns' names lack it; "
-        "values are not converted. For --command allan or report and for --calibration "
+        "values are not converted. For other commands than replay and for --calibration "
         "with that of the accelerometer: deg/s,g."
     },
 )
@@ -29,11 +29,14 @@ _READING: Final = ReadingOptions(
 
 def batch(
     *,
-    logs: Annotated[list[str], Argument("Folders, logs, or patterns: 'logs/**/*.parquet'.")],
+    logs: Annotated[
+        list[str],
+        Argument("Folders, logs, patterns: 'logs/**/*.parquet'; or addresses: s3://bucket/logs."),
+    ],
     output: Annotated[Path, Option("Folder of the results.", "-o --output", metavar="FOLDER")],
     command: Annotated[
-        Literal["replay", "allan", "report"],
-        Option("Filter (replay), measure noise (allan), or report."),
+        Literal["replay", "allan", "report", "check"],
+        Option("Filter (replay), measure noise (allan), report, or check units and axes (check)."),
     ] = "replay",
     report: Annotated[bool, Option("Same as --command report, with an overview.html.")] = False,
     workers: Annotated[
@@ -62,9 +65,9 @@ def batch(
     no_accel: NoAccel = False,
     force: Annotated[bool, Option("Process finished logs again.")] = False,
 ) -> None:
-    """Filter many logs, find their noise, or report on them; finished logs are not redone."""
-    if report and command == "allan":
-        raise UsageFault("--report is --command report: leave --command allan out")
+    """Filter many logs, find their noise, report on or check them; finished logs are skipped."""
+    if report and command not in ("replay", "report"):
+        raise UsageFault(f"--report is --command report: leave --command {command} out")
     command = "report" if report else command
     if command != "replay":
         given = True if no_accel else None

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from zerorate.io.damage import read_guarded
 from zerorate.io.parts import Part
 from zerorate.io.readers.objects import ArrowStream, describe_object, make_table
-from zerorate.io.remote import Spooled, is_address, spooled
+from zerorate.io.remote import Spooled, hide_secrets, is_address, spooled
 from zerorate.io.signatures import is_camera_file, is_dataflash_text, is_telemetry, is_text
 from zerorate.io.table import Column, Content, Format, Needs, Reader, Table
 from zerorate.record.log import LogError
@@ -146,7 +146,8 @@ _TO_CONVERT: Final = {
 def label_of(source: LogSource) -> str:
     """Return the name of a source for messages and outputs."""
     if isinstance(source, (str, os.PathLike)):
-        return make_printable(str(source if is_address(source) else Path(source)))
+        name = hide_secrets(source) if is_address(source) else Path(source)
+        return make_printable(str(name))
     if isinstance(source, Part):
         return source.label
     return describe_object(source)
