@@ -14,7 +14,6 @@ import pytest
 import zerorate as zr
 from support.calibrations import write_imu
 from support.logs import write_gyros
-from zerorate.cli.app import COMMANDS
 
 WIDTHS = (60, 80, 200)
 # What each command answers: how its text begins.

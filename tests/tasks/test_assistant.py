@@ -35,8 +35,9 @@ def folder(tmp_path_factory):
         logs / "drive.csv", zr.Recording({name: recording[name] for name in ("gyro", "accel")})
     )
     rows = np.column_stack([moving.fixes.time, moving.fixes.position, moving.fixes.velocity])
-    head = "time_s,latitude_deg,longitude_deg,height_m,velocity_north_mps,velocity_east_mps,velocity_down_mps"
-    np.savetxt(logs / "fixes.csv", rows, delimiter=",", header=head, comments="")
+    head = ["time_s", "latitude_deg", "longitude_deg", "height_m"]
+    head += [f"velocity_{way}_mps" for way in ("north", "east", "down")]
+    np.savetxt(logs / "fixes.csv", rows, delimiter=",", header=",".join(head), comments="")
     return logs
 
 

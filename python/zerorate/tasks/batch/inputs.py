@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path, PurePath
 from typing import Final
 
+from zerorate.io.formats import known_suffixes
 from zerorate.io.readers.parquet import open_native_file
 from zerorate.io.store import list_store
 from zerorate.tasks.batch.command import LogPath
-from zerorate.tasks.batch.patterns import LOG_SUFFIXES, find_files
+from zerorate.tasks.batch.patterns import find_files
 
 SUMMARY: Final = "summary.parquet"
 SUMMARY_MARK: Final = b"zerorate batch"
@@ -135,7 +136,7 @@ def _is_own_output(path: Path, pattern: str) -> bool:
 
 def _describe_no_match(pattern: str, written: int) -> str:
     if Path(pattern).is_dir():
-        which = f"no file in the folder '{pattern}' ends in one of {', '.join(LOG_SUFFIXES)}"
+        which = f"no file in the folder '{pattern}' ends in one of {', '.join(known_suffixes())}"
     else:
         which = f"no file matches '{pattern}'"
     return f"{which} but {written} that zerorate has written" if written else which
