@@ -98,7 +98,7 @@ FAULTY = {
     "def read(path):\n    raise ValueError('no end')": "a file of faulty: truncated, .*no end",
     "def read(path):\n    raise KeyError(7)": "cannot be read as a file of faulty",
     "def read(path):\n    return 7": "the reader faulty:read does not return columns",
-    "def read(path):\n    return {'gyro_x_dps': [1]}, {'speed': 1}": "the reader faulty:read does not",
+    "def read(path):\n    return {'z': [1]}, {'speed': 1}": "the reader faulty:read does not",
     "def read(path):\n    return {}": "there is no array of samples",
     "def read(path):\n    return {'gyro_x_dps': ['a']}, {}": "expected real numbers",
     "import missing_library": "missing_library",
