@@ -119,6 +119,7 @@ links: $(TOOLS) ## Ask other hosts whether the pages that docs/ links are there
 
 bench: $(TOOLS) ## Time filters and deviations against C and other packages
 	$(INSTALL) --group bench
+	$(INSTALL) --no-deps --target target/filterpy2 --upgrade 'filterpy>=2'
 	cargo bench --package zerorate-benches --bench attitude --bench filters --bench streaming --bench allan
 	$(BIN)/python -m pytest benches --benchmark-only
 

@@ -14,9 +14,11 @@ from pathlib import Path
 import numpy as np
 
 import zerorate as zr
+from versions import print_versions
 
 
 def main():
+    print_versions("mcap")
     rows = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
     rng = np.random.default_rng(1)
     names = [f"gyro_{axis}_radps" for axis in "xyz"]
