@@ -10,20 +10,16 @@ import pytest
 import zerorate as zr
 
 BENCHES = Path(__file__).parents[2] / "benches"
-SCRIPTS = sorted(BENCHES.glob("*_ratios.py")) + [
-    BENCHES / "ratios.py",
-    BENCHES / "calibration_peers.py",
-]
+NAMES = ["ratios", "calibration_peers", *(path.stem for path in BENCHES.glob("*_ratios.py"))]
+MAIN = re.compile(r'def main\(.*?\):\n(?:    """.*?\n)?    print_versions\((.*)\)\n')
 PACKAGES = {"pywt": "PyWavelets"}
 """Names of packages that differ from those of their modules."""
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
-def test_a_bench_prints_the_versions_of_its_peers(script):
-    text = script.read_text(encoding="utf-8")
-    (call,) = re.findall(
-        r"def main\(.*?\):\n(?:    \"\"\".*?\n)?    print_versions\((.*)\)\n", text
-    )
+@pytest.mark.parametrize("name", sorted(NAMES))
+def test_a_bench_prints_the_versions_of_its_peers(name):
+    text = (BENCHES / f"{name}.py").read_text(encoding="utf-8")
+    (call,) = MAIN.findall(text)
     named = set(re.findall(r'"([^"]+)"', call))
     imported = set(re.findall(r"^ *(?:import|from) (\w+)", text, re.MULTILINE)) - {"numpy"}
     own = {path.stem for path in BENCHES.glob("*.py")} | {"oracle", "support", "zerorate"}
@@ -36,7 +32,5 @@ def test_the_line_has_versions():
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=BENCHES, capture_output=True, text=True, check=True
     )
-    assert re.match(
-        rf"zerorate {zr.__version__}, Python 3\.\d+\.\d+, numpy [\d.]+, mcap [\d.]+, \S",
-        done.stdout,
-    )
+    line = rf"zerorate {zr.__version__}, Python 3\.\d+\.\d+, numpy [\d.]+, mcap [\d.]+, \S"
+    assert re.match(line, done.stdout)
