@@ -68,6 +68,7 @@ nightly: $(TOOLS) ## Test for an hour or two what .ci/run tests for minutes
 	ZR_EVERY_ORDER=1 cargo test --quiet --package zerorate-core --no-default-features
 	cargo run --quiet --package zerorate-core --no-default-features --profile test --example controller
 	cargo test --quiet --package zerorate-benches --benches
+	cargo publish --quiet --dry-run --package zerorate-core
 	cargo clippy --quiet --package zerorate-bare -- -D warnings
 	cargo rustc --quiet --package zerorate-bare --profile bare --crate-type staticlib
 	cargo rustc --quiet $(BARE)

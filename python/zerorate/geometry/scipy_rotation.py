@@ -1,4 +1,4 @@
-"""RotationLike of scipy: the one place where they become quaternions or matrices, and back."""
+"""Rotations of scipy: the one place where they become quaternions or matrices, and back."""
 
 from __future__ import annotations
 

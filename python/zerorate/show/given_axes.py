@@ -1,7 +1,7 @@
 """Panels of a figure, drawn into axes of the caller.
 
 A function that draws a figure asks `next_panel` for each panel in turn. While `draw_into` runs, the
-main panel and those after it are the caller's axes; what is drawn beside them is thrown away.
+main panel and those after it are the caller's axes; everything drawn elsewhere is thrown away.
 """
 
 from __future__ import annotations

@@ -129,7 +129,7 @@ def add_panel(
 def add_colour_bar(
     axes: Axes, figure: Figure, left: float, bottom: float, width: float, height: float
 ) -> Axes:
-    """Return axes for the colours of a panel: in its figure, or beside axes of the caller."""
+    """Return axes for the colours of a panel: in its figure, or next to axes of the caller."""
     if axes.figure is not figure:
         return axes.inset_axes((1.03, 0.0, 0.04, 1.0))
     return figure.add_axes(_place_of(figure, left, bottom, width, height))

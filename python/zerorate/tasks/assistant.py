@@ -64,7 +64,7 @@ class Folder:
 
 
 def _read_with(path: Path) -> list[Path]:
-    """Return what is read with a folder: what is in it, and what the index of a bag names."""
+    """Return the files that are read with a folder: those in it, and those a bag's index names."""
     if not path.is_dir():
         return []
     found = list(path.iterdir())
