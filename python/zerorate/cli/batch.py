@@ -14,7 +14,7 @@ from zerorate.options import FILTER_OPTIONS
 from zerorate.tasks.batch import batch as run
 from zerorate.tasks.saving import LOG_FORMATS
 
-_WHERE: Final = "Where it runs"
+_WHERE: Final = "Where to compute"
 """A panel of help."""
 
 _READING: Final = ReadingOptions(
@@ -36,11 +36,12 @@ def batch(
     output: Annotated[Path, Option("Folder of the results.", "-o --output", metavar="FOLDER")],
     command: Annotated[
         Literal["replay", "allan", "report", "check"],
-        Option("Filter (replay), measure noise (allan), report, or check units and axes (check)."),
+        Option("Task for each log: replay (filter), allan (noise), report or check (units, axes)."),
     ] = "replay",
     report: Annotated[bool, Option("Same as --command report, with an overview.html.")] = False,
     workers: Annotated[
-        int | None, Option("Number of processes. Default: one a core.", metavar="N", panel=_WHERE)
+        int | None,
+        Option("Number of processes. Default: one for each core.", metavar="N", panel=_WHERE),
     ] = None,
     local_cluster: Annotated[
         int | None, Option("Use N Dask workers on this machine.", metavar="N", panel=_WHERE)
@@ -67,7 +68,7 @@ def batch(
 ) -> None:
     """Filter many logs, find their noise, report on or check them; finished logs are skipped."""
     if report and command not in ("replay", "report"):
-        raise UsageFault(f"--report is --command report: leave --command {command} out")
+        raise UsageFault(f"--report is --command report: omit --command {command}")
     command = "report" if report else command
     if command != "replay":
         given = True if no_accel else None
@@ -91,7 +92,7 @@ def batch(
 
 
 def _check_unused(command: str, options: Mapping[str, Any], **others: object) -> None:
-    """Raise a usage fault for an option that only the filter has; a method may be the default."""
+    """Raise a usage fault for filter options with another task, except the default method."""
     usual = FILTER_OPTIONS["method"].default
     given = [flag(name) for name, value in options.items() if (name, value) != ("method", usual)]
     for option in [*given, *(flag(name) for name, value in others.items() if value is not None)]:
