@@ -120,7 +120,7 @@ class ImpossibleRateDetector:
     Parameters
     ----------
     limit, rate
-        As of `find_impossible_rates`.
+        As in `find_impossible_rates`.
     scale
         Factor of the rates into rad/s.
 

@@ -258,7 +258,7 @@ enum zr_code zr_drift_update(struct zr_drift *filter, double z, double *rate);
 // bias, however still it stands.
 //
 // # Safety
-// As of `zr_drift_update`.
+// As in `zr_drift_update`.
 enum zr_code zr_drift_update_while(struct zr_drift *filter, double z, bool moving, double *rate);
 
 // Takes `n` samples, with the same bits as one by one. `rate` may be `z`.

@@ -281,7 +281,7 @@ pub unsafe extern "C" fn zr_drift_update(filter: *mut zr_drift, z: f64, rate: *m
 /// bias, however still it stands.
 ///
 /// # Safety
-/// As of `zr_drift_update`.
+/// As in `zr_drift_update`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn zr_drift_update_while(
     filter: *mut zr_drift,

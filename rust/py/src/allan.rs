@@ -52,9 +52,10 @@ pub struct AllanNoise {
 
 streaming!(
     AllanNoise,
-    update: "Takes one sample, returns R: float to float, with channels (k,) to (k,).",
-    process: "R after each sample of a batch: (n,) to (n,), with channels (n, k) to (n, k); the
-    interpreter lock is released.",
+    update: "Takes one sample and returns the noise variance R: float to float, with channels (k,) to
+    (k,).",
+    process: "The noise variance R after each sample of a batch: (n,) to (n,), with channels (n, k)
+    to (n, k); the interpreter lock is released.",
     out
 );
 streaming!(@bank AllanNoise, core::AllanNoise<f64>);

@@ -210,7 +210,7 @@ impl<const A: usize> ArrayBank for One<A> {
 /// limit : float, optional
 ///     Size from which a sample is saturated and counts as missing.
 /// rest_limit, bias_limit : float, optional
-///     As of ``DriftFilter``.
+///     As in ``DriftFilter``.
 /// weights : {"auto", "mean", "white"} or array_like, shape (sensors,) or (sensors, axes)
 ///     Weights: by noise and scale error; equal; by white noise alone; or as given, such as
 ///     those of ``allan_covariance(z, rate).virtual_gyro()``.

@@ -331,7 +331,7 @@ class TemperatureModel(Result):
         z : Log, or array_like of shape (n,) or (n, k)
             Output of the gyro, in the unit of the model.
         temperature : Log, or array_like of shape (n,)
-            As of `fit`: missing values are held, and the steps of a coarse thermometer smoothed. If
+            As in `fit`: missing values are held, and the steps of a coarse thermometer smoothed. If
             all are missing, the bias in the middle of the range is subtracted.
 
         Returns

@@ -36,7 +36,7 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 /// walk : float, optional
 ///     Random walk of the bias, unit per root second; by default it is learned.
 /// rest_limit, bias_limit : float, optional
-///     As of `RestDetector`.
+///     As in `RestDetector`.
 /// channels : int, optional
 ///     Number of signals; ``None`` is a single one.
 ///
