@@ -43,7 +43,7 @@ def calibrate(
         no unit: it follows from gravity and the turns, and corrected samples are in rad/s and
         m/s^2.
     rate : float, optional
-        Samples a second of arrays, Hz.
+        Samples per second of arrays, Hz.
     rests : iterable of Rest or (start, stop), optional
         Where the sensor rested, s. Default: found by `find_rests`.
     g_sensitivity : {"auto", True, False}

@@ -48,7 +48,7 @@ pub enum zr_motion {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct zr_drift_params {
-    /// Samples a second.
+    /// Samples per second.
     pub rate: f64,
     /// A `zr_method`.
     pub method: i32,

@@ -196,7 +196,7 @@ impl<const A: usize> ArrayBank for One<A> {
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second.
+///     Samples per second.
 /// sensors : int, optional
 ///     Number of gyros, 1 to 256; may be left out if ``rotations`` or ``calibrations`` are given.
 /// axes : {3, 1}
@@ -422,7 +422,7 @@ impl GyroArray {
 }
 
 getters! { GyroArray, slf, py, this;
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.shared.bank.params().rate;
     /// Number of gyros.
     sensors: usize = this.shared.bank.params().sensors;

@@ -32,7 +32,7 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second.
+///     Samples per second.
 /// channels : int, optional
 ///     Number of signals; ``None`` is a single one.
 /// rest_limit : float, optional
@@ -104,7 +104,7 @@ impl RestDetector {
 getters! { RestDetector, slf, py, this;
     /// True if the sensor rests: bool, with channels (k,).
     at_rest: Object<'py> = this.shared.each(py, Core::at_rest)?;
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.first().rate();
 }
 
@@ -131,7 +131,7 @@ impl RestDetector {
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second.
+///     Samples per second.
 /// channels : int, optional
 ///     Number of accelerometers in parallel; ``None`` is a single one.
 ///
@@ -196,7 +196,7 @@ impl MotionDetector {
 getters! { MotionDetector, slf, py, this;
     /// True if the body is known to move: bool, with channels (k,).
     moving: Object<'py> = this.shared.each(py, MotionCore::is_moving)?;
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.first().rate();
 }
 

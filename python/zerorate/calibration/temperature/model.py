@@ -165,7 +165,7 @@ class TemperatureModel(Result):
             degC; missing values are held. A Log is interpolated at the times of `z`, which is then
             a Log, too; its first channel is used. None: no temperature.
         rate : float, optional
-            Samples a second, Hz; needed where `z` is an array.
+            Samples per second, Hz; needed where `z` is an array.
         max_degree : int
             Highest degree of the polynomial, 0 to 3 (default). The record allows a straight line
             from 1 K, a parabola from 8 K, a cubic from 15 K, and a higher degree must be better.

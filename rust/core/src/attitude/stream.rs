@@ -42,7 +42,7 @@ const GRAVITY_RANGE: [f64; 2] = [9.3, 10.3];
 /// Parameters of every estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AttitudeParams {
-    /// Samples a second.
+    /// Samples per second.
     pub rate: f64,
     /// Axes of the earth.
     pub frame: Frame,

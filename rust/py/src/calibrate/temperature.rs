@@ -25,7 +25,7 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second.
+///     Samples per second.
 /// reference : float, default 25.0
 ///     Temperature of the bias state, degC; without effect once the slope is known.
 /// slope : float, optional
@@ -174,7 +174,7 @@ getters! { TemperatureFilter, slf, py, this;
     at_rest: Object<'py> = this.shared.each(py, Core::at_rest)?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.first().params().rate;
     /// Temperature of the bias state, degC.
     reference: f64 = this.first().params().reference;
