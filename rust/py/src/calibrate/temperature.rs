@@ -17,10 +17,10 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 /// temperature. Kalman filters with the states bias and slope and ``H = [1, T - reference]`` differ
 /// in the random walk of the bias and are weighted by their likelihoods; there is nothing to tune.
 ///
-/// A thermometer of whole degrees is averaged over as many ticks as lie between two of its steps. A
-/// rate or a temperature that is not finite is missing: the bias is then held, or learned at the
-/// last temperature. Before the first rest the bias is zero. One object serves one thread at a
-/// time.
+/// A thermometer with a resolution of whole degrees is averaged over the ticks between two of its
+/// steps. A rate or a temperature that is not finite is missing: the bias is then held, or learned
+/// at the last temperature. Before the first rest the bias is zero. One object serves one thread at
+/// a time.
 ///
 /// Parameters
 /// ----------
