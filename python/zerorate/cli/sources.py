@@ -14,7 +14,7 @@ from zerorate.cli.parameters import option
 from zerorate.cli.process import notify
 from zerorate.io.packets import PACKETS, PacketProtocol
 from zerorate.tasks.interrupts import Interrupts
-from zerorate.tasks.live.listeners import Access, parse_host_port
+from zerorate.tasks.live.listeners import Access, DatagramPort, parse_host_port
 from zerorate.tasks.live.serving import Line, datagrams, lines_of, packets_of
 from zerorate.tasks.live.sources import (
     SOURCES,
@@ -117,7 +117,12 @@ class Origin:
         if self.udp is not None:
             with self._port(self.udp) as port:
                 notify("listening on {}:{}".format(*port.getsockname()[:2]))
-                yield datagrams(port, interrupts, self._access())
+                received = DatagramPort(port, self._access())
+                try:
+                    yield datagrams(port, received, interrupts)
+                finally:
+                    for text in received.sentences():
+                        notify(f"--udp: {text}")
             return
         with self._bytes(source, form, interrupts) as file, _answers(hidden) as answers:
             if form is None:

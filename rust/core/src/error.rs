@@ -104,7 +104,9 @@ pub(crate) fn check_not_negative(
 }
 
 pub(crate) fn check_rate(value: f64) -> Result<(), Error> {
-    check_positive("rate", "a positive number of samples a second", value)
+    // So that its period is a number too.
+    let is_rate = value > 0.0 && value.is_finite() && value.recip().is_finite();
+    require(is_rate, "rate", "a positive number of samples a second", value)
 }
 
 pub(crate) fn check_fading(value: f64) -> Result<(), Error> {

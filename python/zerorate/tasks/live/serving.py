@@ -17,7 +17,7 @@ from zerorate.record import atomic_path
 from zerorate.record.atomic import remove_leftovers
 from zerorate.tasks.interrupts import Interrupts
 from zerorate.tasks.live.lines import ColumnError, LineError
-from zerorate.tasks.live.listeners import CUT, Access
+from zerorate.tasks.live.listeners import CUT, Address, DatagramPort
 from zerorate.tasks.live.stream import LineStream
 from zerorate.tasks.live.view import Watcher
 
@@ -75,14 +75,14 @@ def _make_reply(answers: BinaryIO) -> Callable[[str], None]:
     return reply
 
 
-def datagrams(port: socket.socket, interrupts: Interrupts, access: Access) -> Iterator[Line]:
+def datagrams(
+    port: socket.socket, received: DatagramPort, interrupts: Interrupts
+) -> Iterator[Line]:
     """Yield each datagram of a permitted sender as a line, and a function that answers it."""
     while True:
-        raw, sender = interrupts.wait(lambda: port.recvfrom(_MAX_LINE_BYTES))
-        if not access.admits_peer(sender[0]):
-            continue
+        raw, sender = interrupts.wait(lambda: received.receive(_MAX_LINE_BYTES))
 
-        def reply(answer: str, sender: tuple[str, int] = sender) -> None:
+        def reply(answer: str, sender: Address = sender) -> None:
             # A sender that is gone is no fault of the stream: datagrams may be lost.
             with suppress(OSError):
                 port.sendto(answer.encode(), sender)

@@ -1,8 +1,9 @@
 //! Measurement noise R from the Allan variance at the shortest averaging time (FH 17, 18, 26–31).
 
+use nalgebra::SimdBool;
 use serde::{Deserialize, Serialize};
 
-use crate::error::Error;
+use crate::error::{Error, require};
 use crate::math::validity::{is_sample, is_size};
 use crate::math::{Limits, Real, choose};
 use crate::stream::checkpoint::Checkpoint;
@@ -62,18 +63,16 @@ impl<T: Real> AllanNoise<T> {
     /// # Errors
     /// [`Error::Parameter`] if `fading` or `floor` is out of range.
     pub fn new(fading: f64, kind: AllanKind, floor: f64) -> Result<Self, Error> {
-        if !(floor >= 0.0 && floor.is_finite()) {
-            return Err(Error::Parameter {
-                name: "floor",
-                expected: "zero or a positive number",
-                value: floor,
-            });
-        }
+        // As a number of the stream it must be one too.
+        let is_size = floor >= 0.0 && T::of(floor).finite().all();
+        require(is_size, "floor", "zero or a positive number", floor)?;
         Self::with_floor(fading, kind, T::of(floor))
     }
 
     pub(crate) fn with_floor(fading: f64, kind: AllanKind, floor: T) -> Result<Self, Error> {
         crate::error::check_fading(fading)?;
+        let is_seen = T::of(fading).simd_gt(T::zero()).all();
+        require(is_seen, "fading", "above 0 as a number of the stream", fading)?;
         Ok(Self {
             kind,
             fading: T::of(fading),

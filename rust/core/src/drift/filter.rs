@@ -55,7 +55,8 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         const { assert!(N >= 2 && M >= N, "N = p + 1 >= 2, M = p + q + 1 >= N") };
         let params = params.validate()?;
         let floor = Self::floor();
-        let most = T::limit(<T::Element as Limits>::MAX_COVARIANCE);
+        // Of the trace, as a step keeps it.
+        let most = T::limit(<T::Element as Limits>::MAX_COVARIANCE) / T::of(N as f64);
         let start = T::of(params.process_noise).at_least(floor).at_most(most);
         Ok(Self {
             adapts_measurement_noise: params.adapts_measurement_noise(),
@@ -66,7 +67,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
             process_noise: Symmetric::diagonal(start),
             state: State::new(start),
             last: Correction { innovation: T::zero(), variance: T::one(), inverse: T::zero() },
-            count: T::of(params.process_noise_memory),
+            count: T::of(params.process_noise_memory).at_most(T::limit(T::Element::MAX)),
             peak: T::zero(),
             guards: T::zero(),
         })
@@ -199,7 +200,8 @@ where
         inner.state = Self::started_state(start)?;
         inner.last.variance = inner.state.P.at(0, 0) + inner.measurement_noise.variance();
         inner.count += T::of(samples as f64);
-        inner.peak = T::of(MAX_NORMALISED_SAMPLE);
+        let reach = Scaling::new(start.offset, start.scale).reach();
+        inner.peak = T::of(MAX_NORMALISED_SAMPLE).at_most(reach);
         Ok(inner)
     }
 
@@ -525,7 +527,7 @@ where
                 let deviation = scaling.normalised_difference(startup.variance().simd_sqrt());
                 noise.interrupt();
                 noise.set_known(deviation * deviation, startup.samples());
-                inner.peak = T::of(MAX_NORMALISED_SAMPLE);
+                inner.peak = T::of(MAX_NORMALISED_SAMPLE).at_most(scaling.reach());
             }
         }
         inner.count += T::of(startup.samples() as f64);

@@ -228,7 +228,8 @@ where
             |filter: &F| (*filter.params(), filter.robust().copied(), filter.start().copied());
         let pending = self.detector.pending();
         // One that judges for itself does so at once.
-        let maybe_outliers = if self.behaviour.reject_outliers { pending } else { 0 };
+        let judges = self.filter.robust().is_some() || !self.behaviour.reject_outliers;
+        let maybe_outliers = if judges { 0 } else { pending };
         let made_alike = |filter: &F| made(filter) == made(&self.filter);
         is_count(self.samples_seen)
             && self.tally.is_within_each(self.samples_seen, maybe_outliers, pending)
