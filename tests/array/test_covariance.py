@@ -300,7 +300,7 @@ def test_the_record_of_the_caller_stays_as_it_is():
 
 
 @pytest.mark.parametrize(
-    ("call", "told"),
+    ("call", "message"),
     [
         (
             lambda: zr.array.allan_covariance(np.ones((9, 2, 3)), RATE),
@@ -351,8 +351,8 @@ def test_the_record_of_the_caller_stays_as_it_is():
         ),
     ],
 )
-def test_what_is_refused(call, told):
-    with pytest.raises(ValueError, match=told):
+def test_what_is_refused(call, message):
+    with pytest.raises(ValueError, match=message):
         call()
 
 

@@ -224,8 +224,8 @@ class TestInvalid:
         gyro = recording.gyro.names
         made = replace(calibration(), origin=Origin("turns.csv", gyro, ("ax", "ay", "az")))
         found = made.apply(recording)
-        told = "the calibration was made of ax, ay, az, and is applied to accel_"
-        assert any(note.startswith(told) for note in found.accel.meta["notes"])
+        message = "the calibration was made of ax, ay, az, and is applied to accel_"
+        assert any(note.startswith(message) for note in found.accel.meta["notes"])
         assert not any("made of" in note for note in found.gyro.meta["notes"])
 
     def test_its_own_sensors_are_found_among_several(self):

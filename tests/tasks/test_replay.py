@@ -464,8 +464,8 @@ class TestLimitsOfRest:
 
     @pytest.mark.parametrize("name", ["rest_limit", "bias_limit"])
     def test_a_limit_without_effect_is_refused(self, name):
-        told = f"{name} has no effect on motion 'ignore', only on 'hold'"
-        with pytest.raises(ValueError, match=told):
+        message = f"{name} has no effect on motion 'ignore', only on 'hold'"
+        with pytest.raises(ValueError, match=message):
             run_filters(make_log(noise(50)), motion="ignore", **{name: 3.0})
 
 
