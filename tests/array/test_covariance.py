@@ -331,7 +331,7 @@ def test_the_record_of_the_caller_stays_as_it_is():
         (
             lambda: zr.array.allan_covariance(LONG[:3599], 1.0).virtual_gyro(),
             r"drift weights of 4 gyros need 1 h at rest \(3600 s\), this record holds 3599 s: "
-            "drift is slow, so that a shorter record shows chance correlations",
+            "drift is slow, and weights from the chance correlations of a shorter record",
         ),
         (
             lambda: zr.array.allan_covariance(LONG, 1.0, [600.0]).virtual_gyro(),

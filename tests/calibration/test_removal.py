@@ -167,7 +167,7 @@ class TestLogs:
         recording, _, force = recorded(made)
         np.testing.assert_allclose(made.apply(recording.accel).data, force, **EXACT)
         assert made.apply(recording.gyro).unit == "rad/s"
-        with pytest.raises(LogError, match=r"neither unit \(unit\) nor names \(a, b, c\) say"):
+        with pytest.raises(LogError, match=r"neither unit \(unit\) nor names \(a, b, c\) show"):
             made.apply(replace(recording.gyro, names=list("abc")))
 
     def test_a_missing_sample_is_missing(self):
