@@ -130,7 +130,7 @@ class Calibration(Result):
     notes
         Assumptions.
     rate
-        Samples a second of the gyro.
+        Samples per second of the gyro.
     temperature
         Mean temperature of the record, degC, or None.
     origin

@@ -102,8 +102,8 @@ def denoise(
     Raises
     ------
     ValueError
-        If a sample is missing, the record too short for one level or for so many, or an argument
-        not as described.
+        If a sample is missing, the record is too short for the requested level or for any, or an
+        argument is not as described.
 
     Notes
     -----

@@ -1,4 +1,4 @@
-"""Results that are series over a record: a panel a quantity, and a table of their sizes."""
+"""Results that are series over a record: one panel per quantity, and a table of their sizes."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def format_integrated(result: Integrated) -> str:
 
 
 def plot_corrected(result: Corrected) -> Figure:
-    """Return the corrected gyro and accelerometer on the clock of the first, a curve an axis."""
+    """Return a figure of the corrected gyro and accelerometer, on the gyro's clock."""
     logs = [log for name, log in result.recording.items() if name.startswith(("gyro", "accel"))]
     same_clock = [log for log in logs if (log.n, log.rate) == (logs[0].n, logs[0].rate)]
     panels = [_Panel(f"{log.names[0]} .. [{log.unit}]", log.data, log.names) for log in same_clock]
@@ -238,7 +238,7 @@ def format_fused(result: FusedAccelerometers) -> str:
 
 
 def _make_state_panels(state: Floats, sigma: Floats | None) -> list[_Panel]:
-    """Return a panel a state, a curve a channel."""
+    """Return one panel per state, one curve per channel."""
     values = state.reshape(len(state), -1, state.shape[-1])
     names = _number_names("channel", values.shape[1])
     spread = None if sigma is None else sigma.reshape(values.shape)

@@ -214,7 +214,7 @@ def to_ardupilot(
     -------
     str
         ``INS_TCAL1_GYR1_X`` to ``INS_TCAL1_GYR3_Z``, millionths of rad/s over powers of
-        T - 35 degC, the range, and the offsets with the temperature that they belong to,
+        T - 35 degC, the range, and the offsets with their temperature,
         ``INS_GYR1_CALTEMP``: ArduPilot subtracts the offset and the difference of the polynomial
         between T and that, both clamped to the range. By default it learns new offsets at every
         start.
