@@ -273,7 +273,7 @@ def find_beginning(
     found = search.find_noise(start, offset, arm) if noise == "auto" else None
     if clock is not None and found is not None and min(found.factors[:2]) < _MAX_NOISE_FACTOR:
         # Sensors that are better than assumed tell more of clock and antenna.
-        search = replace(search, options={**options, **found.models})
+        search = replace(search, options={**options, **found.white_models})
         start, offset, clock, sentence = search.find_start_and_clock(nav_checks)
         arm = search.arm(clock, offset)
     on_axes = (
