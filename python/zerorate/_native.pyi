@@ -1520,7 +1520,10 @@ def dataflash_index(
     raw: npt.NDArray[np.uint8],
 ) -> tuple[list[tuple[int, bytes, bytes, bytes, int, npt.NDArray[np.uint64]]], int, int]: ...
 def read_mcap(
-    raw: npt.NDArray[np.uint8], wanted: Sequence[int], limit: int
+    raw: npt.NDArray[np.uint8],
+    wanted: Sequence[int],
+    limit: int,
+    kept: Sequence[tuple[int, int]],
 ) -> tuple[
     str,
     list[tuple[int, str, str, str, str, bytes]],

@@ -50,7 +50,7 @@ _STEP_S: Final = 0.2
 """Time between two steps of the covariance, s."""
 _RATES_HZ: Final = (25.0, 50.0)
 _FAST_RATE_RAD_S: Final = 0.5
-"""Samples a second that a filter is given here, fewer below this RMS of a rate's axis."""
+"""Samples per second that a filter is given here, fewer below this RMS of a rate's axis."""
 _PRIOR_LOG: Final = 2.0 * math.log(10.0)
 """One standard deviation of the logarithm of a factor on a noise's square."""
 _STEPS_LOG: Final = (2.0 * math.log(2.0), math.log(2.0), 0.5 * math.log(2.0))

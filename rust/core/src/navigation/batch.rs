@@ -35,7 +35,7 @@ pub struct Next {
 /// State after each sample, and verdict on each fix.
 #[derive(Debug)]
 pub struct Known<'a> {
-    /// As of [`Snapshot`](super::Snapshot).
+    /// As in [`Snapshot`](super::Snapshot).
     pub position: &'a mut [[f64; 3]],
     /// North, east, down, m/s.
     pub velocity: &'a mut [[f64; 3]],
@@ -142,7 +142,7 @@ impl Batch<'_> {
     /// A piece of the samples, and the wheels and fixes from the `next` ones on that are due.
     ///
     /// # Errors
-    /// As of [`NavigationFilter::update`] and [`NavigationFilter::update_gnss`].
+    /// As in [`NavigationFilter::update`] and [`NavigationFilter::update_gnss`].
     pub fn run<N: Navigates>(
         &self,
         navigator: &mut N,

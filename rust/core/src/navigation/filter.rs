@@ -316,7 +316,7 @@ impl NavigationFilter {
     /// The same, with an observer.
     ///
     /// # Errors
-    /// As of [`update`](Self::update).
+    /// As in [`update`](Self::update).
     #[inline]
     pub fn update_before<W: Observer>(
         &mut self,
@@ -571,7 +571,7 @@ impl NavigationFilter {
     /// The same, with an observer.
     ///
     /// # Errors
-    /// As of [`update_gnss`](Self::update_gnss).
+    /// As in [`update_gnss`](Self::update_gnss).
     pub fn update_gnss_before<W: Observer>(
         &mut self,
         fix: &Fix,
