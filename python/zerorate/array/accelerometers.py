@@ -499,7 +499,7 @@ def _vote_on_block(
 def _vote_on_sensors(forces: Floats, lever_error: Floats, noise: Floats, rate: float) -> _Vote:
     """Return the sensors (n, N) that are outliers from the median of all.
 
-    They should be `forces` but for `lever_error` (n, N), which is infinite where it is unknown.
+    They should equal `forces` up to `lever_error` (n, N), which is infinite where it is unknown.
     """
     middle = _sensor_median(forces)
     differences = forces - middle[:, np.newaxis]

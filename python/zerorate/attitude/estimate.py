@@ -322,7 +322,7 @@ def attitude_of(
     requested_frame, frame = frame, frame or _default_frame(samples.log)
     uses_mag = samples.mag is not None
     _check_declination(declination, uses_mag)
-    # The filter refuses what it does not know.
+    # The filter refuses unknown names.
     settings: Any = {"mag": uses_mag, "frame": frame, "method": method, **constants}
     filter_: Any = Attitude(samples.log.rate, **settings)
     report = choose_reporter(progress)

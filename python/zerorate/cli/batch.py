@@ -71,8 +71,8 @@ def batch(
         raise UsageFault(f"--report is --command report: omit --command {command}")
     command = "report" if report else command
     if command != "replay":
-        given = True if no_accel else None
-        _check_unused(command, options, format=format, calibration=calibration, no_accel=given)
+        unused = True if no_accel else None
+        _check_unused(command, options, format=format, calibration=calibration, no_accel=unused)
         options = {}
     else:
         check_filter_options(options, [options["method"]])
@@ -94,6 +94,6 @@ def batch(
 def _check_unused(command: str, options: Mapping[str, Any], **others: object) -> None:
     """Raise a usage fault for filter options with another task, except the default method."""
     usual = FILTER_OPTIONS["method"].default
-    given = [flag(name) for name, value in options.items() if (name, value) != ("method", usual)]
-    for option in [*given, *(flag(name) for name, value in others.items() if value is not None)]:
+    used = [flag(name) for name, value in options.items() if (name, value) != ("method", usual)]
+    for option in [*used, *(flag(name) for name, value in others.items() if value is not None)]:
         raise UsageFault(f"{option} has no effect with --command {command}, only with replay")

@@ -327,7 +327,7 @@ def navigate(
     >>> drive = zr.simulate_drive(duration=180.0, seed=5)
     >>> found = zr.navigate(drive.recording(), drive.fixes.shifted(0.3))
     >>> found.notes[0].partition(":")[0]
-    'the clock is as sensors and fixes fit best'
+    'the clock offset is the one with the best fit of sensors and fixes'
     """
     report = choose_reporter(progress)
     wheels = _Wheels.of(wheel_speed, wheel_ticks, tick)
