@@ -7,27 +7,21 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Final, Unpack
+from typing import Unpack
 
 import numpy as np
 
 from zerorate.faults import render_text, sentence_of
-from zerorate.io.clocks.names import find_time_unit, has_time_name, looks_like_time
-from zerorate.io.columns import choose_columns
-from zerorate.io.evidence import clues_of, loaded, with_time
+from zerorate.io.evidence import Evidence
 from zerorate.io.formats import FORMATS, check_readable, find_format, label_of, open_source
 from zerorate.io.reading import ReadArguments
 from zerorate.io.recording import read_recording
 from zerorate.io.table import Content, Format, Table
+from zerorate.io.timecolumns import load_column, load_numbers
 from zerorate.io.writing import WRITTEN_SUFFIXES
 from zerorate.numerals import shorten
 from zerorate.record.log import Log, LogError
-from zerorate.record.names import meaning_of, split_unit
 from zerorate.record.recording import Recording
-from zerorate.units import UNITS
-
-_BY_NAME: Final = "by its name"
-_STATED: Final = "as stated"
 
 
 @dataclass(frozen=True)
@@ -167,81 +161,34 @@ def _split_topics(
 def _explain_columns(
     topic: str, table: Table, logs: Mapping[str, Log]
 ) -> tuple[ColumnExplanation, ...]:
-    table = with_time(table if table.names is not None else table.load_all())
-    time = _find_time(table)
-    log_of_column = {
-        column: name
+    evidence = Evidence.of(table)
+    own = {
+        column: (name, log.unit)
         for name, log in logs.items()
         if not topic or log.meta.get("sensor") in (table.meta.sensor, None)
         for column in log.names
     }
-    clues = {clue.place: clue.evidence for clue in clues_of(table)[0]}
-    return tuple(
-        _explain_column(table, index, _log_of(index, time, log_of_column, table), time, clues, logs)
-        for index in range(table.width)
-    )
-
-
-def _log_of(index: int, time: int | None, of: Mapping[str, str], table: Table) -> str:
-    return "time" if index == time else of.get(table.label(index), "")
-
-
-def _find_time(table: Table) -> int | None:
-    """Return the column of the timestamps, in a table without any sensor that of its last one."""
-    try:
-        return choose_columns(table, None).time
-    except LogError:
-        return choose_columns(table, [table.width - 1]).time
-
-
-def _explain_column(
-    table: Table,
-    index: int,
-    log: str,
-    time: int | None,
-    clues: Mapping[int, str],
-    logs: Mapping[str, Log],
-) -> ColumnExplanation:
-    name = table.label(index)
-    if index == time or looks_like_time(name):
-        meaning_text = "time" if has_time_name(name) else f"time, {clues.get(index, _STATED)}"
-        unit = (table.time_unit if index == time else None) or find_time_unit(name)
-        return ColumnExplanation(
-            name, meaning_text, f"{unit}, {_BY_NAME}" if unit else "by its numbers", log
-        )
-    meaning = meaning_of(name)
-    if meaning is None:
-        unit = split_unit(name)[1]
-        meaning_text = f"may be the time {clues[index]}" if index in clues else ""
-        meaning_text = meaning_text or ("" if log or logs else _values(table, index))
-        meaning_text = meaning_text or (f"{log}, by its position" if log else "")
-        return ColumnExplanation(name, meaning_text, f"{unit}, {_BY_NAME}" if unit else "", log)
-    words = meaning.words
-    parts = [meaning.kind]
-    if words is not None:
-        parts += [words.stage] if words.stage else []
-        parts += ["xyz"[words.axis]] if words.axis is not None else []
-    unit = _explain_unit(table, meaning.unit)
-    if meaning.unit is None and log in logs and logs[log].unit in UNITS:
-        unit = f"{logs[log].unit}, by the names of its other axes"
-    return ColumnExplanation(name, " ".join(parts), unit, log)
+    roles = evidence.roles({column: unit for column, (_, unit) in own.items()})
+    explained = []
+    for index, (meaning, unit, is_clock) in enumerate(roles):
+        name = evidence.table.label(index)
+        log = "time" if is_clock else own.get(name, ("", ""))[0]
+        if not meaning:
+            by_place = f"{log}, by its position" if log else ""
+            meaning = by_place if logs else _values(evidence.table, index)
+        explained.append(ColumnExplanation(name, meaning, unit, log))
+    return tuple(explained)
 
 
 def _values(table: Table, index: int) -> str:
     """Return the contents of a column, in a file that is not read."""
-    column = loaded(table, index)
-    if column is None or column.dtype.kind not in "fiu":
-        return "holds texts" if column is None else ""
+    column = load_numbers(table, index)
+    if column is None:
+        return "holds texts" if load_column(table, index) is None else ""
     known = column[np.isfinite(column)]
     return (
         f"{shorten(known.min(), 4)} to {shorten(known.max(), 4)}" if known.size else "all missing"
     )
-
-
-def _explain_unit(table: Table, unit: str | None) -> str:
-    if unit is not None:
-        return f"{unit}, {_BY_NAME}"
-    return f"{table.meta.unit}, by the metadata" if table.meta.unit else "not known"
 
 
 @dataclass(frozen=True)

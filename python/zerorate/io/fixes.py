@@ -16,7 +16,6 @@ from zerorate.io.clocks.names import find_time_unit, looks_like_time, may_be_tim
 from zerorate.io.clocks.stamps import convert_texts, to_seconds
 from zerorate.io.columns import Timing
 from zerorate.io.damage import read_guarded
-from zerorate.io.evidence import clues_of
 from zerorate.io.formats import (
     FORMATS,
     TEXT,
@@ -30,6 +29,7 @@ from zerorate.io.readers import navsatfix, nmea, rtklib
 from zerorate.io.remote import is_address
 from zerorate.io.signatures import is_dataflash_text
 from zerorate.io.table import Column, Content, Format, Table, to_numbers
+from zerorate.io.timecolumns import clues_of
 from zerorate.record.fixes import Fixes
 from zerorate.record.log import LogError
 from zerorate.record.names import to_snake_case

@@ -11,6 +11,7 @@ import numpy as np
 from zerorate.io.clocks.repeats import HEAD_ROWS, find_repeats
 from zerorate.io.clocks.sensor_clock import Clock
 from zerorate.io.counts import Scaling
+from zerorate.io.evidence import Evidence
 from zerorate.io.formats import LogSource, label_of, open_source
 from zerorate.io.reading import (
     ReadArguments,
@@ -19,15 +20,15 @@ from zerorate.io.reading import (
     cut_logs,
     describe_assumptions,
     describe_missing,
-    group_all,
+    find_one,
     load_columns,
     make_logs,
     make_row_clock,
     scale_values,
-    select_columns,
+    select,
 )
+from zerorate.io.sensors import Sensor, find_accelerometer
 from zerorate.io.table import Column, Table, to_numbers
-from zerorate.io.triads import find_accelerometer
 from zerorate.record.log import Header, Log, LogError
 from zerorate.record.span import Span
 from zerorate.types import Booleans, Floats, Integers
@@ -220,10 +221,9 @@ def _open_logs(
         kind, content = open_source(path)
         table = options.timing.apply(content.choose_table(options.topic))
         source_meta = {"source": label, "format": kind}
-        grouping = group_all(unit, options.scaling)
-        selection = select_columns(
-            table, options.rate, options.columns, grouping, sensor=options.sensor, is_sole=accel
-        )
+        evidence = Evidence.of(table)
+        sensors, notes = find_one(options, unit, is_sole=accel)(evidence)
+        selection = select(evidence, sensors, options.rate, notes)
         accel_columns = (
             find_accelerometer(selection.table.names or (), selection.data) if accel else ()
         )
@@ -285,9 +285,10 @@ def _find_accelerometer(
 ) -> LogFile | None:
     if len(columns) != _AXES:
         return None
-    grouping = group_all(None, Scaling())
     try:
-        selection = select_columns(gyro.table, options.rate, columns, grouping)
+        evidence = Evidence(gyro.table)
+        accel = evidence.in_unit(Sensor("accel", columns), None, Scaling(), first=False)
+        selection = select(evidence, [accel], options.rate)
         has_same_clock = (selection.time, selection.rate) == (gyro.time, gyro.rate)
         own_clock = rows if has_same_clock else _make_row_clock(selection)
         return _make_log_file(selection, source_meta, label, options.span, own_clock)
@@ -298,16 +299,16 @@ def _find_accelerometer(
 def _make_pieced_log(
     selection: Selection, source_meta: dict[str, str], label: str, span: Span, rows: Clock
 ) -> LogFile:
-    (group,) = selection.groups
+    (sensor,) = selection.sensors
     head = _load_head(selection)
     clock = _make_sensor_clock(selection, rows, head)
     grid, start = clock.grid, clock.start
     part = span.row_range(grid.length, grid.rate)
     meta = {
         **selection.meta(source_meta, grid),
-        "notes": tuple(describe_assumptions(selection, group, head, clock)),
+        "notes": tuple(describe_assumptions(selection, sensor, head, clock)),
     }
-    header = Header(len(part), grid.rate, tuple(selection.names), group.unit, meta)
+    header = Header(len(part), grid.rate, tuple(selection.names), sensor.unit, meta)
     if not span.whole:
         span.check(grid.length / grid.rate, grid.rate)
         header = header.with_notes([span.note(grid.length / grid.rate)])
@@ -323,7 +324,7 @@ def _make_pieced_log(
             pieces = _read_numbers(selection, rows)
             pieces = pieces if grid.used_rows is None else _select_rows(grid.used_rows, pieces)
             for block in fill_grid(pieces, runs, rows, len(selection.names), part):
-                yield scale_values(block, group.factor)
+                yield scale_values(block, sensor.factor)
         except LogError as error:
             raise error.with_context(f"{label}: ") from None
 

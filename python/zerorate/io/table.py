@@ -94,6 +94,11 @@ class Table:
         """Return the column's name, or one made from its index."""
         return self.names[index] if self.names is not None else f"column_{index}"
 
+    def noted(self, *notes: str) -> Table:
+        """Return the table with further notes."""
+        meta = replace(self.meta, notes=(*self.meta.notes, *notes))
+        return replace(self, meta=meta) if notes else self
+
     def load_all(self) -> Table:
         """Return the table with all columns in memory, unless there are texts among them."""
         try:

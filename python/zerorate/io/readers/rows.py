@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from zerorate.faults import keyword_argument, make_sentence
-from zerorate.io.evidence import loaded, named_by_values, rises
+from zerorate.io.evidence import named_by_values
 from zerorate.io.parts import split_table
 from zerorate.io.readers.cells import is_comment, split_cells
 from zerorate.io.readers.layouts import delimiter_of, find_layout, first_lines
@@ -25,6 +25,7 @@ from zerorate.io.readers.parsers import (
     without_torn,
 )
 from zerorate.io.table import Content, Metadata, Table
+from zerorate.io.timecolumns import load_column, rises
 from zerorate.record.log import LogError
 from zerorate.record.names import meaning_of
 from zerorate.record.words import parse_name, words_of
@@ -207,7 +208,9 @@ def _of_word(raw: bytes, word: str, at: int, stated: list[str]) -> Table:
 
 def _names_by_values(table: Table, word: str, at: int) -> list[str]:
     """Return names of the clocks, which rise, and of the three axes behind them, none if unsure."""
-    numbers = {i: column for i in range(table.width) if (column := loaded(table, i)) is not None}
+    numbers = {
+        i: column for i in range(table.width) if (column := load_column(table, i)) is not None
+    }
     clocks = [i for i, column in numbers.items() if rises(column)]
     rest = [i for i in range(table.width) if i > max(clocks, default=-1) and i != at]
     if not _AXES <= len(rest) <= _AXES + 2:
