@@ -79,7 +79,8 @@ class Evidence:
     @classmethod
     def of(cls, table: Table) -> Evidence:
         """Return the evidence for a table; data are loaded only if the names do not suffice."""
-        return cls(table.load_all() if table.names is None else with_clock(table))
+        unnamed = table.names is None
+        return cls(table.in_memory(range(table.width)) if unnamed else with_clock(table))
 
     def sensors(self, without: Collection[int] = ()) -> list[Sensor]:
         """Return the sensors of a table with names, except columns that are something else."""

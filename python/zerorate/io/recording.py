@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Final, NamedTuple, Unpack, cast
 
 import numpy as np
@@ -11,8 +11,8 @@ import numpy as np
 from zerorate.faults import keyword_argument, make_sentence, sentence_of
 from zerorate.io.clocks.names import looks_like_time
 from zerorate.io.clocks.sensor_clock import Clock
-from zerorate.io.columns import Columns, TimeColumn, Timing, check_samples, find_indices
-from zerorate.io.counts import Scale, Scaling
+from zerorate.io.columns import Columns, TimeColumn, check_samples, find_indices
+from zerorate.io.counts import Scale
 from zerorate.io.evidence import Evidence
 from zerorate.io.formats import LogSource, label_of, open_source
 from zerorate.io.reading import (
@@ -31,7 +31,6 @@ from zerorate.record.devices import DEVICE
 from zerorate.record.log import Log, LogError
 from zerorate.record.names import canonical_unit, looks_like_sensor, meaning_of
 from zerorate.record.recording import Recording
-from zerorate.record.span import Span
 from zerorate.types import Floats
 
 KINDS: Final = (
@@ -180,10 +179,7 @@ def _make_request(
         )
     known = {**columns, "reference": reference}
     chosen = {kind: names for kind, names in known.items() if names is not None}
-    return _Request(
-        chosen, _check_units(unit), options.topic, _check_kinds(only), False,
-        options.sensor, options.rate, options.scaling, options.span, options.timing,
-    )  # fmt: skip
+    return _Request(chosen, _check_units(unit), _check_kinds(only), options)
 
 
 def _read_sources(sources: Sequence[LogSource], request: _Request) -> Recording:
@@ -204,7 +200,7 @@ def _read_sources(sources: Sequence[LogSource], request: _Request) -> Recording:
             )
         except LogError as error:
             raise error.with_context(f"{label_of(source)}: ") from None
-        request = replace(request, columns={}, topic=None)
+        request = replace(request, columns={}, options=replace(request.options, topic=None))
     if not logs and notes and any(map(looks_like_sensor, column_names)):
         raise LogError(make_sentence(f"{label}: ", notes[-1]))
     if not logs:
@@ -216,7 +212,7 @@ def _read_sources(sources: Sequence[LogSource], request: _Request) -> Recording:
                 f" from: {', '.join(column_names)}",
             )
         )
-    supplement = make_supplement(opened_sources, request.timing)
+    supplement = make_supplement(opened_sources, request.options.timing)
     return Recording(
         _name_logs(logs), label, notes=tuple(dict.fromkeys(notes)), supplement=supplement
     )
@@ -235,14 +231,14 @@ def _cut_to_span(
     if not all_logs:
         return
     for (kind, log), part in zip(
-        all_logs, request.span.of([sensor_log.log for sensor_log in all_logs]), strict=True
+        all_logs, request.options.span.of([sensor_log.log for sensor_log in all_logs]), strict=True
     ):
         if part is not None:
             yield _SensorLog(kind, part)
             continue
         if kind == "gyro":
-            raise request.span.empty_error().with_context(f"{', '.join(log.names)}: ")
-        missed = sentence_of(request.span.empty_error())
+            raise request.options.span.empty_error().with_context(f"{', '.join(log.names)}: ")
+        missed = sentence_of(request.options.span.empty_error())
         notes.append(make_sentence(f"{', '.join(log.names)}: left out, for ", missed))
 
 
@@ -250,14 +246,9 @@ def _cut_to_span(
 class _Request:
     columns: Mapping[str, Columns]
     unit: Mapping[str, str]
-    topic: str | None
     only: tuple[str, ...]
+    options: ReadOptions
     is_single_topic: bool = False
-    sensor: str | None = None
-    rate: float | None = None
-    scaling: Scaling = field(default_factory=Scaling)
-    span: Span = field(default_factory=Span)
-    timing: Timing = field(default_factory=Timing)
 
     def stated_unit(self, sensor: Sensor) -> str | None:
         """Return the unit that is stated for a sensor; gravity is in that of accelerations."""
@@ -302,10 +293,10 @@ def _read_source(
     column_names: list[str],
 ) -> Iterator[_SensorLog]:
     """Yield the logs of one source; add omissions, and the present columns."""
-    tables = [] if request.is_single_topic else _choose_tables(content, request.topic)
+    tables = [] if request.is_single_topic else _choose_tables(content, request.options.topic)
     if not tables:
-        tables = [content.choose_table(request.topic)]
-    for evidence in map(Evidence.of, request.timing.apply_to_all(tables)):
+        tables = [content.choose_table(request.options.topic)]
+    for evidence in map(Evidence.of, request.options.timing.apply_to_all(tables)):
         table = evidence.table
         column_names.extend(map(table.label, range(table.width)))
         sensors = _choose_sensors(evidence, request, notes)
@@ -335,11 +326,11 @@ def _choose_sensors(evidence: Evidence, request: _Request, notes: list[str]) -> 
     # Without names only the requested columns are found.
     if table.names is not None or "gyro" not in request.columns:
         taken = {index for sensor in chosen for index in sensor.indices}
-        found, own_notes = evidence.of_all_devices(request.sensor, taken)
+        found, own_notes = evidence.of_all_devices(request.options.sensor, taken)
         notes.extend(own_notes)
         chosen += [sensor for sensor in found if sensor.kind not in request.columns]
     return [
-        evidence.in_unit(one, request.stated_unit(one), request.scaling, one.kind == "gyro")
+        evidence.in_unit(one, request.stated_unit(one), request.options.scaling, one.kind == "gyro")
         for one in chosen
     ]
 
@@ -408,7 +399,7 @@ def _make_logs(
 ) -> Iterator[_SensorLog]:
     has_stamps = evidence.time_of(sensors[0].indices) is not None
     needs_rate = not has_stamps or any(sensor.kind == "gyro" for sensor in sensors)
-    selection = select(evidence, sensors, request.rate if needs_rate else None)
+    selection = select(evidence, sensors, request.options.rate if needs_rate else None)
     columns, time = load_columns(selection)
     rows = make_row_clock(selection, time, len(columns[0]))
     logs: list[Log] = []
