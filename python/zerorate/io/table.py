@@ -96,8 +96,11 @@ class Table:
 
     def noted(self, *notes: str) -> Table:
         """Return the table with further notes."""
-        meta = replace(self.meta, notes=(*self.meta.notes, *notes))
-        return replace(self, meta=meta) if notes else self
+        if not notes:
+            return self
+        whole = self.whole
+        rest = None if whole is None else lambda: whole().noted(*notes)
+        return replace(self, meta=replace(self.meta, notes=(*self.meta.notes, *notes)), whole=rest)
 
     def in_memory(self, wanted: Iterable[int]) -> Table:
         """Return the table with some columns in memory, unless one of them cannot be loaded."""
