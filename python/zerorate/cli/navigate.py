@@ -120,11 +120,12 @@ class _Run:
     )
     gyro_noise: Path | None = option(
         None,
-        "Gyro noise (JSON of zerorate allan --export json). By default that of a consumer sensor.",
+        "Gyro noise (JSON of zerorate allan --export json, or Kalibr's imu.yaml). By default that "
+        "of a consumer sensor.",
         metavar="MODEL",
     )
     accel_noise: Path | None = option(
-        None, "Accelerometer noise (JSON, likewise).", metavar="MODEL"
+        None, "Accelerometer noise (a file, likewise).", metavar="MODEL"
     )
     noise: Literal["auto", "stated"] = option(
         "auto",

@@ -78,8 +78,9 @@ def _split_time(cell: str) -> _TimeParts | None:
     text = cell.strip()
     compact = _COMPACT.fullmatch(text)
     if compact is not None:
-        year, month, day, *clock, zone = (part or "" for part in compact.groups())
-        return _TimeParts(f"{year}-{month}-{day}", *clock, "", zone)
+        year, month, day, hours, minutes, seconds = compact.groups()[:6]
+        fraction, zone = (part or "" for part in compact.groups()[6:])
+        return _TimeParts(f"{year}-{month}-{day}", hours, minutes, seconds, fraction, "", zone)
     match = _TIME.fullmatch(text)
     return None if match is None else _TimeParts(*(text or "" for text in match.groups()))
 
@@ -197,7 +198,8 @@ def unpack_dates(numbers: npt.NDArray[Any]) -> npt.NDArray[np.float64] | None:
             and float(clock.max()) < 240_000 * per_second
         ):
             starts = np.array([days[number] or 0 for number in packed_days]) * 86_400.0
-            return starts[np.searchsorted(packed_days, day)] + split[1]
+            seconds: npt.NDArray[np.float64] = starts[np.searchsorted(packed_days, day)] + split[1]
+            return seconds
     return None
 
 

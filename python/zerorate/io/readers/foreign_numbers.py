@@ -6,7 +6,6 @@ What a text holds is decided by cells that can mean nothing else; it is told in 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from typing import Final
 
 _FORTRAN: Final = re.compile(rb"(?<=[0-9.])[dD](?=[+-]?[0-9]{1,3}(?![0-9A-Za-z_.]))")
@@ -28,6 +27,7 @@ _THOUSANDS: Final = {
     b".": re.compile(rb"(?<=[0-9])\.(?=[0-9]{3}(?![0-9]))"),
 }
 _QUOTED: Final = re.compile(rb'"([+-]?[0-9][0-9,]*(?:\.[0-9]*)?)"')
+_COMMA_IN_QUOTES: Final = re.compile(rb'"[+-]?[0-9]+,[0-9.,]+"')
 _QUOTED_THOUSANDS: Final = re.compile(rb"[+-]?[1-9][0-9]{0,2}(?:,[0-9]{3})+(?:\.[0-9]*)?")
 _QUOTED_DECIMALS: Final = re.compile(rb"[+-]?[0-9]+,[0-9]+")
 _LINES: Final = 40
@@ -57,7 +57,9 @@ def _fortran(raw: bytes) -> tuple[bytes, str]:
 
 def _hexadecimal(raw: bytes) -> tuple[bytes, str]:
     lines = _head(raw).splitlines()
-    if 2 * sum(_HEXADECIMAL.search(line) is not None for line in lines) < max(len(lines), 2):
+    found = [_HEXADECIMAL.findall(line) for line in lines]
+    # The address of a device is the same in all rows.
+    if 2 * sum(map(bool, found)) < max(len(lines), 2) or len(set(map(tuple, found))) < 3:
         return raw, ""
     note = "hexadecimal cells are read as whole numbers, those of 4 and 8 digits with a sign"
     return _HEXADECIMAL.sub(lambda found: b"%d" % _whole(found[1]), raw), note
@@ -83,9 +85,9 @@ def _thousands(raw: bytes) -> tuple[bytes, str]:
 
 def _quoted_commas(raw: bytes) -> tuple[bytes, str]:
     """Return a text in which quoted numbers with commas are plain, where it is sure how."""
-    cells = [cell for cell in _quoted_numbers(raw) if b"," in cell]
-    if not cells:
+    if not _COMMA_IN_QUOTES.search(raw):
         return raw, ""
+    cells = [found[1] for found in _QUOTED.finditer(raw) if b"," in found[1]]
     if all(map(_QUOTED_THOUSANDS.fullmatch, cells)) and any(b"." in cell for cell in cells):
         plain, note = b"", "commas between thousands are left out"
     elif all(map(_QUOTED_DECIMALS.fullmatch, cells)) and not all(
@@ -95,7 +97,3 @@ def _quoted_commas(raw: bytes) -> tuple[bytes, str]:
     else:
         return raw, ""
     return _QUOTED.sub(lambda found: found[1].replace(b",", plain), raw), note
-
-
-def _quoted_numbers(raw: bytes) -> Iterator[bytes]:
-    return (found[1] for found in _QUOTED.finditer(raw))
