@@ -63,7 +63,7 @@ _KIND_NAMES: Final = {
 
 
 class Role(NamedTuple):
-    """What a column is taken for, and its unit, each with the evidence; empty if not known."""
+    """Role of a column and its unit, each with the evidence; empty if not known."""
 
     meaning: str
     unit: str
@@ -270,7 +270,7 @@ class Evidence:
         return time_of(self.table, data)
 
     def roles(self, units: Mapping[str, str]) -> list[Role]:
-        """Return what each column is taken for, the units of those that are read being known."""
+        """Return the role of each column, given the units of the columns that are read."""
         table = self.table
         first = next((s.indices[0] for s in self.sensors() if s.kind == "gyro"), table.width - 1)
         time = self.time_of([first])
@@ -287,7 +287,7 @@ class Evidence:
         meaning = "time" if has_time_name(name) else f"time, {clue}"
         unit, stated = find_time_unit(name), self.table.time_unit if is_clock else None
         if stated not in (None, unit):
-            return Role(meaning, f"{stated}, by the clock beside it", is_clock)
+            return Role(meaning, f"{stated}, by the other clock", is_clock)
         return Role(meaning, f"{unit}, by its name" if unit else "by its numbers", is_clock)
 
     def _role(self, index: int, clue: str | None, known: str | None) -> Role:
@@ -338,8 +338,8 @@ def _check_axes(sensor: Sensor, names: Sequence[str]) -> None:
 def _check_unique(names: Sequence[str]) -> None:
     repeated = ", ".join(sorted({name for name in names if names.count(name) > 1}))
     if repeated:
-        told = f"names must differ, repeated: {repeated}; choose by position with "
-        raise LogError(make_sentence(told, keyword_argument("columns")))
+        differ = f"names must differ, repeated: {repeated}; choose by position with "
+        raise LogError(make_sentence(differ, keyword_argument("columns")))
 
 
 def _load_values(table: Table, places: Sequence[int]) -> list[Floats]:

@@ -1,6 +1,6 @@
 """Numbers that are written otherwise, rewritten as plain ones: 1,234.5 and 1.0D-03 and 0x1F4A.
 
-What a text holds is decided by cells that can mean nothing else; it is told in a note.
+What a text holds is decided by cells that can mean nothing else; a note says so.
 """
 
 from __future__ import annotations

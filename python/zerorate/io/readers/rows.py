@@ -278,7 +278,7 @@ def split_by_label(table: Table) -> Content | None:
         if _are_android(parts, axes):
             words = {name: own for name, own in _ANDROID_SENSORS.items() if name in parts}
             listed = ", ".join(f"{name} for the {word}" for name, (word, _) in words.items())
-            note = f"rows are told apart by the numbers of sensors in Android: {listed}"
+            note = f"sensors are distinguished by their numbers in Android: {listed}"
             parts = {name: parts[name].noted(note) for name in words}
         known = {words[name]: part for name, part in parts.items() if _kind_of(words[name][0])}
         if known:
