@@ -160,9 +160,11 @@ __all__ = [
     "magnet_covariance",
     "magnet_fit",
     "magnet_partition",
+    "pack_lz4",
     "parse_rows",
     "position_options",
     "propagate_turns",
+    "read_mcap",
     "register",
     "restore_clipped_rates",
     "reversals",
@@ -1409,6 +1411,20 @@ def propagate_turns(
 def dataflash_index(
     raw: npt.NDArray[np.uint8],
 ) -> tuple[list[tuple[int, bytes, bytes, bytes, int, npt.NDArray[np.uint64]]], int, int]: ...
+def read_mcap(
+    raw: npt.NDArray[np.uint8], wanted: Sequence[int], limit: int
+) -> tuple[
+    str,
+    list[tuple[int, str, str, str, str, bytes]],
+    tuple[
+        npt.NDArray[np.uint16],
+        npt.NDArray[np.uint64],
+        npt.NDArray[np.uint64],
+        npt.NDArray[np.uint64],
+        npt.NDArray[np.uint8],
+    ],
+]: ...
+def pack_lz4(raw: npt.NDArray[np.uint8]) -> bytes: ...
 def parse_rows(
     text: bytes,
     begin: int,

@@ -323,7 +323,7 @@ def test_the_record_of_the_caller_stays_as_it_is():
         (lambda: zr.array.allan_covariance(MIXED * [1, np.nan, 1], RATE), "gyro 2 holds no finite"),
         (
             lambda: zr.array.allan_covariance([[1.0, None], [None, 1.0]], RATE),
-            "at no time is there a sample of every gyro",
+            "no sample time has data of every gyro",
         ),
         (lambda: FOUND.virtual_gyro(0.0), "horizon must be a positive time"),
         (lambda: FOUND.virtual_gyro(np.nan), "horizon must be a positive time"),

@@ -145,7 +145,7 @@ class TestRefusals:
 
     def test_mirrored_axes(self):
         z = sensors(motion(), [np.eye(3), np.diag([1.0, -1.0, 1.0])])
-        with pytest.raises(zr.LogError, match="axes of '2' are mirrored against those of '1'"):
+        with pytest.raises(zr.LogError, match="axes of '2' are mirrored relative to those of '1'"):
             find(z)
 
     def test_a_sensor_that_moves_on_its_own(self):

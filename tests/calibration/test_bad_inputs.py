@@ -72,7 +72,9 @@ class TestTooLittle:
             zr.simulation.simulate_session(12, seed=5, axis=(0, 0, 1)).recording
         )
         assert not found.valid
-        assert any("about which gravity shows nothing" in problem for problem in found.problems)
+        assert any(
+            "about which gravity gives no information" in problem for problem in found.problems
+        )
         assert "all poses lie within 0 deg" in found.problems
         assert {f"gyro.matrix.{axes}" for axes in ("xx", "yy", "zz")} <= lost(found)
         assert "hold -z up for five seconds" in found.advice
@@ -119,7 +121,7 @@ class TestMotion:
         accel[first:last, 2] = z * np.cos(tilt) - y * np.sin(tilt)
         found = zr.calibration.calibrate(with_data(one.recording, gyro, accel))
         assert found.rests[7].reason.startswith("moving")
-        assert "lay the sensor down at rests: it moved in some" in found.advice
+        assert "put the sensor down for rests: it moved in some of them" in found.advice
         assert np.abs(deviations(found, one.truth)).max() < 4.0
         assert known.advice == ()
 
@@ -174,7 +176,7 @@ class TestSaturation:
         for turn in dropped:
             assert turn.reason.startswith("saturated: ")
             assert np.isnan(turn.residual)
-        assert "turn more slowly: the gyro reached the end of its range" in found.advice
+        assert "rotate more slowly: the gyro reached its range" in found.advice
         assert found.valid
         assert np.abs(deviations(found, one.truth)).max() < 4.0
 
@@ -209,7 +211,7 @@ class TestSaturation:
         one = zr.simulation.simulate_session(
             20, seed=5, gyro=zr.simulation.GyroErrors(range=40 * DEG)
         )
-        told = r"4 and 6: turn more slowly, or set a larger range .*: 1\d turns \(saturated\)"
+        told = r"4 and 6: rotate more slowly, or set a larger range .*: 1\d turns \(saturated\)"
         with pytest.raises(zr.calibration.CalibrationError, match=told) as refusal:
             zr.calibration.calibrate(one.recording)
         assert str(refusal.value).count("saturated") == 1
@@ -223,7 +225,7 @@ class TestGaps:
         found = zr.calibration.calibrate(with_data(session().recording, gyro))
         assert [place for place, turn in enumerate(found.turns) if not turn.used] == lost
         assert found.turns[3].reason == "gap: 1 of 262 samples of the gyro are missing"
-        advice = "record without gaps: turns with missing samples were left out"
+        advice = "record without gaps: rotations with missing samples were left out"
         assert (advice in found.advice) == advised
         assert np.abs(deviations(found, session().truth)).max() < 4.0
 
@@ -358,7 +360,7 @@ class TestUnits:
         flat = zr.simulation.simulate_session(12, seed=5, axis=(0, 0, 1)).recording
         with pytest.raises(zr.LogError, match="the poses are too close to find it"):
             zr.calibration.calibrate(with_data(flat, accel_unit="unit"))
-        with pytest.raises(zr.LogError, match=r"turns are about too few axes|one axis"):
+        with pytest.raises(zr.LogError, match=r"rotations are about too few axes|one axis"):
             zr.calibration.calibrate(with_data(flat, gyro_unit="unit"))
 
 

@@ -175,7 +175,7 @@ class TestAccelerometers:
         # Three of 3 mg.
         assert both.accel.data[:, 0].std() == pytest.approx(0.003 / np.sqrt(3.0), rel=0.05)
         lines = text.splitlines()
-        first = lines.index("Accelerometers as one, lever arms not known")
+        first = lines.index("Fused accelerometers, lever arms not known")
         assert [line.split()[0] for line in lines[first + 2 : first + 5]] == [
             "imu1",
             "imu2",
@@ -192,7 +192,7 @@ class TestAccelerometers:
         path.write_text(json.dumps(known))
         code, text, _ = cli(with_accel, "-o", out, "--no-figure", "--rotations", path)
         assert code == 0
-        assert "Accelerometers as one, at the origin of the positions" in text
+        assert "Fused accelerometers, at the origin of the positions" in text
         assert "without lever arms" not in one_line(text)
 
     def test_positions_that_are_none(self, cli, with_accel, out, tmp_path):

@@ -34,7 +34,7 @@ def test_a_log_at_rest(cli, log):
     assert text.startswith("At rest: mean and worst of 3 axes\n")
     assert all(f"\n  {name} " in text for name in ("raw", "mean", "ema†", "kf", "akf", "fading"))
     assert "deviation  " in text.split("\n")[1]
-    assert "†: chosen with knowledge of the record" in text
+    assert "†: chosen with knowledge of the whole record" in text
     assert max(map(len, text.split("\n"))) <= WIDTH
 
 

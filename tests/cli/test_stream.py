@@ -136,7 +136,7 @@ def test_a_calibration_is_read_from_its_file(tmp_path):
 def test_what_is_garbled_before_the_first_line_is_told_and_passed_over():
     code, answers, errors = streamed(["0.5,0.2", "0.5"], *RATE, "--fields", "1")
     assert (code, len(answers)) == (0, 1), errors
-    assert "line 1: it has 2 cells, expected 1; it is taken as missing" in errors
+    assert "line 1: it has 2 cells, expected 1; it counts as missing" in errors
 
 
 def test_raw_counts_are_told_of_once():
@@ -231,7 +231,7 @@ def test_a_garbled_line_is_told_and_the_stream_goes_on():
     assert (code, answers) == (0, lines_of(alone.process(z)))
     assert errors.splitlines() == [
         f"zerorate: {ALL}",
-        "zerorate: line 101: '*' is not a number; it is taken as missing",
+        "zerorate: line 101: '*' is not a number; it counts as missing",
         *told_of(z, opening=None).splitlines(),
         "zerorate: garbled lines: 1",
     ]
@@ -256,8 +256,8 @@ def test_lost_samples_are_counted():
     assert (code, len(answers), answers[-1]) == (0, 18, "15,nan")
     assert errors == (
         "zerorate: filters column 1; passes on 0\n"
-        "zerorate: 20 samples, 3 of them lost; 1 came late or again; "
-        "the numbers restarted 0 times\n"
+        "zerorate: 20 samples, 3 of them lost; 1 came late or twice; the numbers restarted 0 "
+        "times\n"
     )
 
 
@@ -267,8 +267,8 @@ def test_a_counter_of_a_byte_wraps_many_times():
     assert (code, sum("nan" in answer for answer in answers)) == (0, 0)
     assert errors == (
         "zerorate: filters column 1; passes on 0\n"
-        "zerorate: 3000 samples, 1 of them lost; 0 came late or again; "
-        "the numbers restarted 0 times; they wrap after 255\n"
+        "zerorate: 3000 samples, 1 of them lost; 0 came late or twice; the numbers restarted 0 "
+        "times; they wrap after 255\n"
     )
 
 
@@ -282,7 +282,7 @@ def test_a_new_beginning_is_told_at_once():
         assert told == "zerorate: line 132: the sequence numbers restart, here with 31\n"
         code, _, errors = asked.end()
     assert code == 0
-    assert "31 came late or again; the numbers restarted 1 times" in errors
+    assert "31 came late or twice; the numbers restarted 1 times" in errors
 
 
 def test_many_new_beginnings_are_told_ten_times():
@@ -316,7 +316,7 @@ class TestClosedDescriptors:
     def test_answers_that_go_nowhere_are_a_fault(self):
         done = self.closed(">&-", *RATE)
         assert (done.returncode, done.stdout) == (1, "")
-        assert "or not answered: " in done.stderr
+        assert "could not be read or answered: " in done.stderr
         assert len(done.stderr.splitlines()) == 1
 
     def test_a_broken_stderr_does_not_end_the_stream(self):
@@ -414,7 +414,7 @@ class TestRefused:
         ("options", "told"),
         [
             ([], "--rate is required"),
-            ([*RATE, "imu", "--udp", "127.0.0.1:0"], "give one of a source, --from and --udp"),
+            ([*RATE, "imu", "--udp", "127.0.0.1:0"], "give only one of SOURCE, --from and --udp"),
             (
                 [*RATE, "--with", "gain"],
                 "--with takes some of bias, bias_sigma, at_rest, saturated",
@@ -472,7 +472,7 @@ class TestRefused:
 
     def test_a_first_line_that_holds_no_sample(self):
         code, answers, errors = streamed(["0.1,abc"], *RATE)
-        told = "zerorate: line 1: it holds names and numbers, expected one or the other\n"
+        told = "zerorate: line 1: it has both names and numbers, expected either\n"
         assert (code, answers, errors) == (1, [], told)
 
 
@@ -603,7 +603,7 @@ def test_a_port_that_is_taken_is_told(capsys):
 
 def test_a_terminal_shows_what_is_streamed(tmp_path, capfd):
     assert run(["stream", *RATE, "--show"]) == 2
-    assert "--show draws on stderr, which is no terminal here" in capfd.readouterr().err
+    assert "--show needs a terminal on stderr" in capfd.readouterr().err
 
     source = tmp_path / "lines"
     source.write_text("\n".join(["wx,wy", *LINES]), encoding="utf-8")

@@ -58,8 +58,8 @@ def test_a_machine_is_refused_in_a_line(cli, tmp_path, out):
     np.savetxt(path, rows, delimiter=",", header=",".join(slow), comments="")
     code, _, errors = cli(path, "-o", out)
     assert (code, names(out)) == (1, [])
-    assert "--assume-foot navigates it all the same" in one_line(errors)
-    assert "this sensor is on no foot" in one_line(errors)
+    assert "--assume-foot navigates it in spite of this" in one_line(errors)
+    assert "this sensor is not on a foot" in one_line(errors)
 
 
 def test_attitude_restores_what_is_certainly_clipped_and_says_so(call, foot, tmp_path):

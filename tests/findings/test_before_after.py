@@ -31,7 +31,7 @@ def log(bias=0.1, seed=1, repeated=False):
         ({}, {"bias": 6.0}, "gyro bias", "worse"),
         ({"bias": 6.0}, {}, "gyro bias", "better"),
         ({}, {"bias": 0.3}, "gyro bias", "differs"),
-        ({}, {"seed": 2}, "gyro bias", "alike"),
+        ({}, {"seed": 2}, "gyro bias", "unchanged"),
         ({}, {"repeated": True}, "repeated stamps", "new"),
         ({"repeated": True}, {}, "repeated stamps", "gone"),
     ],

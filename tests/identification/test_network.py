@@ -132,7 +132,7 @@ def test_the_longest_training():
     (np.arange(1499.0), {}, "a network of 15 weights needs at least 1500 samples, got 1499"),
     (np.zeros(9000), {}, "a network of 15 weights needs samples that differ, all 9000 are 0"),
     (np.append(np.full(2000, np.nan), NOISY), {},
-     "a network of 15 weights needs 750 samples to be trained on, 50 a weight"),
+     "a network of 15 weights needs 750 samples for training, 50 a weight"),
     (np.append(NOISY, np.full(2000, np.nan)), {},
      "the second half of z has no step without a missing sample for the test"),
     (np.append(np.zeros(2000), NOISY), {}, "needs samples that differ"),

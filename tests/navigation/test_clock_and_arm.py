@@ -99,14 +99,14 @@ def test_fixes_of_another_vehicle_tell_no_clock():
         checks = check_navigation(imu, positions_alone(other.fixes))
         assert not checks.mistakes
         (doubt,) = (one for one in checks.findings if one.what == "clock")
-        assert "do not turn the same way" in doubt.text
+        assert "rotate differently" in doubt.text
 
 
 def test_a_straight_road_turns_too_little():
     drive = zr.simulate_drive(50.0, 60.0, seed=0, rest=50.0, **FINE)
     checks = check_navigation(drive.recording(), positions_alone(drive.fixes))
     (doubt,) = (one for one in checks.findings if one.what == "clock")
-    assert "hardly turns" in doubt.text or "too few" in doubt.text
+    assert "hardly changes" in doubt.text or "too few" in doubt.text
 
 
 def jumped(fixes, by, alone):
@@ -165,7 +165,7 @@ def test_wrong_positions_alone_do_not_lose_the_filter(fine):
         off = found.track.errors(drive.truth_position)[found.track.time > 80.0, :2]
         errors.append(np.sqrt((off**2).sum(axis=1).mean()))
     assert errors[1] < 1.5 * errors[0]
-    assert any("stand alone" in note for note in found.notes)
+    assert any("far off the line" in note for note in found.notes)
 
 
 @pytest.mark.parametrize("fine", [True, False])

@@ -98,7 +98,7 @@ class TestFullDisks:
         with open("/dev/full", "w") as full:
             done = called(*STREAM, stdout=full, cwd=tmp_path, input=lines)
         assert done.returncode == 1
-        assert "not answered" in done.stderr
+        assert "could not be read or answered" in done.stderr
         assert len(done.stderr.splitlines()) == 1
         # What was not answered is not saved.
         assert names(tmp_path) == []

@@ -309,8 +309,8 @@ def test_what_is_no_address_is_refused(address):
     [
         (["--from", "usb:1"], "--from takes one of serial:DEVICE@BAUD, "),
         (["--form", "vesc"], "--form takes one of phone, witmotion, xio, xsens, got 'vesc'"),
-        (["--form", "xio", "--udp", "127.0.0.1:0"], "--udp takes lines alone; --from udp:"),
-        (["--from", "tcp:a:1", "--udp", "127.0.0.1:0"], "give one of a source, --from and --udp"),
+        (["--form", "xio", "--udp", "127.0.0.1:0"], "--udp takes lines only; --from udp:"),
+        (["--from", "tcp:a:1", "--udp", "127.0.0.1:0"], "give only one of SOURCE, --from"),
         (["--form", "xio", "--fields", "3"], "--fields has no effect with --form"),
     ],
 )

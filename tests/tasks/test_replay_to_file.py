@@ -192,7 +192,7 @@ class TestFaults:
 
     def test_no_sample_at_all(self, tmp_path):
         write(tmp_path / "raw.parquet", np.arange(500), np.full((500, 2), np.nan))
-        with pytest.raises(LogError, match="no axis holds a sample"):
+        with pytest.raises(LogError, match="no axis has a sample"):
             self.go(tmp_path)
 
 

@@ -23,7 +23,7 @@ from support.inside import called
 from zerorate.cli import run
 from zerorate.show.live_page import LivePage
 from zerorate.tasks.live import LineStream, Settings, listeners, sources
-from zerorate.tasks.live.listeners import Access, ByteQueue
+from zerorate.tasks.live.listeners import CUT, Access, ByteQueue, DatagramPort
 from zerorate.tasks.live.serving import Saver
 from zerorate.tasks.live.sources import Ending, live_source
 
@@ -250,6 +250,70 @@ def test_pushes_that_find_no_room_are_refused_and_told(monkeypatch):
     assert list(ending.sentences()) == [
         "3 pushes were dropped: the filter is slower than the source"
     ]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_datagrams_that_find_no_room_are_dropped_and_told(monkeypatch, seed):
+    rng = random.Random(seed)
+    sent, limit = [b"%d\n" % n * rng.randrange(1, 9) for n in range(60)], rng.randrange(1, 400)
+    queue, number, ending = ByteQueue(limit), free_port(), Ending()
+    monkeypatch.setattr(sources, "ByteQueue", lambda: queue)
+    with (
+        live_source(f"udp:127.0.0.1:{number}", None, Access(), ending) as source,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender,
+    ):
+        kept, size = [], 0
+        for datagram in sent:
+            before = queue.dropped_count, len(queue._pieces)
+            sender.sendto(datagram, ("127.0.0.1", number))
+            while (queue.dropped_count, len(queue._pieces)) == before:
+                time.sleep(1e-4)
+            if size + len(datagram) <= limit:
+                kept.append(datagram)
+                size += len(datagram)
+        whole = b"".join(kept)
+        assert source.read(len(whole)) == whole
+    dropped = len(sent) - len(kept)
+    told = f"{dropped} datagrams were dropped: the filter is slower than the source"
+    assert list(ending.sentences()) == [told]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="others do not count them")
+@pytest.mark.parametrize("seed", range(4))
+def test_datagrams_that_the_system_drops_are_counted(seed):
+    rng = random.Random(seed)
+    with (
+        sources.bound_socket("127.0.0.1", 0, Access()) as port,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender,
+    ):
+        port.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, rng.randrange(1 << 13, 1 << 17))
+        port.settimeout(0.2)
+        received, sent, found = DatagramPort(port, Access()), 0, 0
+        for _ in range(3):
+            for _ in range(rng.randrange(500, 1000)):
+                sender.sendto(bytes(rng.randrange(1000, 1400)), port.getsockname())
+                sent += 1
+            with contextlib.suppress(TimeoutError):
+                while received.receive(1 << 16):
+                    found += 1
+        sender.sendto(b"last", port.getsockname())
+        assert received.receive(1 << 16)[0] == b"last"
+        assert received.dropped_count == sent - found > 0
+        (told,) = received.sentences()
+        assert told.startswith(f"{sent - found} datagrams were dropped by the system")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="others do not say so")
+def test_a_datagram_that_is_cut_is_marked():
+    with (
+        sources.bound_socket("127.0.0.1", 0, Access()) as port,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender,
+    ):
+        received = DatagramPort(port, Access())
+        for size in (99, 100, 101, 5000):
+            sender.sendto(b"1" * size, port.getsockname())
+            raw = received.receive(100)[0]
+            assert raw == b"1" * size if size <= 100 else raw.endswith(CUT)
 
 
 @pytest.mark.parametrize("what", ["page", "pushes"])

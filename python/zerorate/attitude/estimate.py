@@ -179,9 +179,7 @@ class AttitudeEstimate(Result):
             If there is no reference, or no sample of it that counts.
         """
         if self.reference is None:
-            raise ValueError(
-                "there are no errors: the recording has no orientation to compare with"
-            )
+            raise ValueError("there are no errors: the recording has no true orientation")
         return orientation_errors(
             self.quaternion, self.reference, where=where, heading=heading or self.compared_heading
         )
@@ -195,7 +193,7 @@ class AttitudeEstimate(Result):
             As of `errors`.
         """
         if self.reference is None:
-            raise ValueError("there is no offset: the recording has no orientation to compare with")
+            raise ValueError("there is no offset: the recording has no true orientation")
         return heading_offset(self.quaternion, self.reference)
 
     def poses(self) -> Poses:
@@ -382,7 +380,7 @@ def _check_declination(declination: float, uses_mag: bool) -> None:
     if not abs(declination) <= math.pi:
         raise ArgumentError("declination", f"must be -pi to pi rad, got {declination}")
     if declination and not uses_mag:
-        raise ArgumentError("declination", "is of no use: no magnetometer takes part")
+        raise ArgumentError("declination", "has no effect: no magnetometer is used")
 
 
 def _rotate_to_true_north(quaternion: Floats, frame: Frame, declination: float) -> Floats:
@@ -503,6 +501,6 @@ def _axes_notes(gyro: Log, requested_frame: Frame | None) -> Iterator[str]:
 
 def _recording_notes(recording: Recording, mag_requested: bool, uses_mag: bool) -> Iterator[str]:
     if mag_requested and not uses_mag:
-        yield "there is no magnetometer: the heading is against the start, and drifts"
+        yield "there is no magnetometer: the heading is relative to the start and drifts"
     if len([log for log in recording.of_kind("reference") if log.channels == 4]) > 1:
-        yield "there are several references of four columns: none is compared with"
+        yield "there are several references of four columns, so none is used"

@@ -29,7 +29,7 @@ def calibrate(
     prior: PriorName = "datasheet",
     saturation: float | None = None,
 ) -> Calibration:
-    """Calibrate a gyroscope and an accelerometer by poses at rest and turns by hand between them.
+    """Calibrate a gyroscope and an accelerometer from poses at rest and rotations by hand.
 
     Parameters
     ----------

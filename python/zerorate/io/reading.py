@@ -250,7 +250,7 @@ Find = Callable[[Evidence], tuple[list[Sensor], list[str]]]
 
 
 def find_one(options: ReadOptions, unit: str | None, is_sole: bool = False) -> Find:
-    """Return what finds the columns of a gyro, or those that are named, as one sensor."""
+    """Return a function that finds a gyro, or takes the columns that are named as one sensor."""
     stated = None if unit is None else canonical_unit(unit)
 
     def find(evidence: Evidence) -> tuple[list[Sensor], list[str]]:

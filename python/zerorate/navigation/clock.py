@@ -139,7 +139,9 @@ def find_time_offset(
     """
     for name in ("adapt", "gate"):
         if name in options:
-            raise ValueError(f"{name} is not used here: every fix counts, as it says")
+            raise ValueError(
+                f"{name} is not used here: every fix counts with its stated standard deviation"
+            )
     if not isinstance(gnss, Fixes):
         raise TypeError(f"gnss must be Fixes, as zr.read_fixes returns them, got {type(gnss)}")
     samples = Samples.of(imu, mag=False, what="navigation")
@@ -350,8 +352,8 @@ class _Search:
         runs = list(self.pool.map(self.run, candidates))
         if not any(run.used.any() for run in runs):
             raise ValueError(
-                f"{self.gnss.source}: no fix is used, by which an offset is found: the filter does "
-                "not begin"
+                f"{self.gnss.source}: no fix can be used to find an offset: the filter does not "
+                f"start"
             )
         common = np.logical_and.reduce([run.used for run in runs])
         if not common.any():

@@ -113,14 +113,15 @@ class FoundNoise:
     def __str__(self) -> str:
         """Return the noise found and its gain, or the reason why the noise is kept."""
         if self.kept:
-            return f"the noise of the filter is kept: {self.reason}"
+            return f"the filter's noise is unchanged: {self.reason}"
         gyro, accel, walk = (f"{factor:.2g}" for factor in self.factors)
         before, after = (
             ", ".join(f"{ratio:.2g}" for ratio in ratios) for ratios in (self.before, self.after)
         )
         seconds = ", ".join(f"{seconds:g}" for seconds in COAST_S)
         return (
-            f"the noise of the filter is by its coasting: gyro {gyro} times, accelerometer {accel} "
+            f"the filter's noise is fitted to its errors without fixes: gyro {gyro} times, "
+            f"accelerometer {accel} "
             f"times, bias walks {walk} times as stated; log likelihood gains {self.gain:.0f} over "
             f"{self.block_count} blocks, error over sigma after {seconds} s is {after}, was "
             f"{before}"
@@ -181,7 +182,7 @@ def find_noise(
     >>> drive = zr.simulate_drive(duration=100.0, seed=1)
     >>> start = zr.navigation.find_start(drive.recording(), drive.fixes)
     >>> print(zr.navigation.find_noise(drive.recording(), drive.fixes, start))
-    the noise of the filter is kept: there are 30 positions and velocities to compare, under 36
+    the filter's noise is unchanged: there are 30 positions and velocities to compare, under 36
     """
     samples = Samples.of(imu, mag=False, what="navigation")
     rate = _RATES_HZ[bool(np.nanmean(samples.gyro**2) > _FAST_RATE_RAD_S**2)]
@@ -420,10 +421,10 @@ def _search(coasting: _Coasting, is_assumed: bool) -> FoundNoise:
         theta = _level(coasting, theta)
     gain, best = coasting.score(theta) - least, coasting.run(theta)
     if best.rejected_share > _MAX_REJECTED_SHARE:
-        share = f"{best.rejected_share:.0%} of the fixes are rejected, more than tell a noise"
+        share = f"{best.rejected_share:.0%} of the fixes are rejected, too many to fit a noise"
         return replace(kept, reason=share)
     if not theta.any():
-        return replace(kept, reason="no other gains enough in its coasting")
+        return replace(kept, reason="no other noise fits the errors without fixes clearly better")
     gyro, accel, walk = np.exp(0.5 * theta).tolist()
     models = coasting.noise(theta)
     return FoundNoise(

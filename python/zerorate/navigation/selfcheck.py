@@ -291,7 +291,7 @@ def _check_scale(work: _CheckState, k: float) -> _Findings:
         return
     # With latitude for longitude the way to the east has another scale.
     if not work.is_swapped and not _SPEED_SCALE_RANGE[0] < k < _SPEED_SCALE_RANGE[1]:
-        text = f"positions of the fixes move {shorten(k, 3)} times as far as their velocities say"
+        text = f"positions of the fixes move {shorten(k, 3)} times as far as their velocities state"
         yield _mistake("velocity", text, k)
 
 
@@ -356,9 +356,9 @@ def _check_clock(work: _CheckState) -> _Findings:
         work.lag = None
     elif lag is None or not lag.certain:
         reason = (
-            "the course hardly turns while both are there"
+            "the course hardly changes while both are present"
             if turned < MIN_TURNED_RAD
-            else "course and gyro do not turn the same way, as if they were not of one vehicle"
+            else "course and gyro rotate differently, as if from different vehicles"
         )
         yield _doubt("clock", f"the fixes' clock cannot be compared with the sensors': {reason}")
     elif abs(lag.seconds) > _MIN_LAG_S:
@@ -415,15 +415,15 @@ def _check_handedness(work: _CheckState) -> _Findings:
     handedness = "" if axes is None else axes.handedness
     if not handedness:
         yield _doubt(
-            "axes", "signs and axes cannot be checked: the vehicle hardly speeds up or turns"
+            "axes", "signs and axes cannot be checked: the vehicle hardly accelerates or turns"
         )
     elif lag.slope < 0.0 and handedness == "right":
-        yield _mistake("gyro", "the gyro has the other sign", -1.0)
+        yield _mistake("gyro", "the gyro has the wrong sign", -1.0)
     elif lag.slope < 0.0:
         alternative = (
             "" if work.fixes.velocity is not None else (", or latitude and longitude are exchanged")
         )
-        yield _mistake("force", f"the accelerometer has the other sign{alternative}", -1.0)
+        yield _mistake("force", f"the accelerometer has the wrong sign{alternative}", -1.0)
         work.axes = None
     elif handedness == "left":
         yield _mistake("axes", "the axes of the sensors are left-handed: one of them is mirrored")

@@ -64,7 +64,7 @@ def plot_biases(replays: Mapping[str, Summary]) -> Figure:
     labels = max((summary.header.names for summary in replays.values()), key=len)[:_MAX_AXES]
     methods = " and ".join(sorted({summary.method for summary in replays.values()}))
     stack = Stack(
-        "Is the bias the same in each log?",
+        "Is the bias the same in all logs?",
         f"by {methods}, two standard deviations to either side",
         "Time since the first sample of each log.",
         [_PANEL_HEIGHT_MM] * len(labels),

@@ -47,7 +47,7 @@ def plot_rate_table(table: RateTable) -> Figure:
     style_panels(panels)
     for panel in panels:
         write_legend(panel, "upper right", 2)
-    write_caption(figure, "Less the line of bias and scale. Bars: ± 2σ.")
+    write_caption(figure, "After subtraction of bias and scale. Bars: ± 2σ.")
     return figure
 
 

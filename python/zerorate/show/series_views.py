@@ -62,7 +62,7 @@ def plot_integrated(result: Integrated) -> Figure:
     else:
         panels = [_Panel("angle [deg]", angle)]
         panels += [] if sigma is None else [_Panel("σ of the angle [deg]", sigma, tuple("xyz"))]
-    return _draw_figure("How far did it turn?", panels, result.rate)
+    return _draw_figure("How far did it rotate?", panels, result.rate)
 
 
 def format_integrated(result: Integrated) -> str:
@@ -92,7 +92,7 @@ def plot_denoised(result: Denoised) -> Figure:
     """Return the record that is left, a curve a column, over its samples."""
     values = result.signal.reshape(len(result.signal), -1)
     panels = [_Panel("signal", values, _number_names("column", values.shape[1]))]
-    return _draw_figure("What is left without noise?", panels, None)
+    return _draw_figure("What remains without noise?", panels, None)
 
 
 def format_denoised(result: Denoised) -> str:
@@ -120,7 +120,7 @@ def plot_linear(result: LinearRun) -> Figure:
 def plot_smoothed(result: SmoothedRun) -> Figure:
     """Return each state of the smoother with two standard deviations."""
     panels = _make_state_panels(result.state, _standard_deviations(result.covariance))
-    return _draw_figure("What do later samples say as well?", panels, None)
+    return _draw_figure("What do later samples add?", panels, None)
 
 
 def format_linear(result: LinearRun) -> str:
@@ -186,7 +186,7 @@ def plot_fused(result: FusedAccelerometers) -> Figure:
         _Panel(f"acceleration [{result.unit}]", result.accel, tuple("xyz")),
         _Panel("weights", result.weights, _number_names("sensor", result.weights.shape[1])),
     ]
-    return _draw_figure("What do the accelerometers show as one?", panels, None)
+    return _draw_figure("What do the fused accelerometers show?", panels, None)
 
 
 def format_fused(result: FusedAccelerometers) -> str:
@@ -208,7 +208,7 @@ def format_fused(result: FusedAccelerometers) -> str:
         )
     )
     head = ("", "weight", "left out, %", f"difference, {result.unit}")
-    return as_text(Table("Accelerometers as one", head, rows))
+    return as_text(Table("Fused accelerometers", head, rows))
 
 
 def _make_state_panels(state: Floats, sigma: Floats | None) -> list[_Panel]:

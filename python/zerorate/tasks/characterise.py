@@ -392,7 +392,7 @@ def _estimator_text(
 ) -> str:
     gyro, accelerometer = (_worst_model(sensors, kind) for kind in ("angular rate", "acceleration"))
     if gyro is None:
-        raise ValueError("it needs a model of a gyro, and this log gives none")
+        raise ValueError("it needs a model of a gyro, which this log does not give")
     rate = sensors[0].curve.rate
     common: dict[str, Any] = {"accelerometer": accelerometer, **options}
     if export == "kalibr":

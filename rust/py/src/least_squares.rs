@@ -175,7 +175,7 @@ getters! { RecursiveLeastSquares, slf, py, this;
     };
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
-    /// The start-up is over: bool, with channels (k,).
+    /// True after the start-up: bool, with channels (k,).
     ready: Object<'py> = {
         let ready = this.shared.bank.ready();
         this.shared.numbers(py, ready)?

@@ -17,6 +17,7 @@ mod least_squares;
 mod linear;
 mod magnet;
 mod math;
+mod mcap;
 mod navigation;
 mod position;
 mod rest;
@@ -62,6 +63,8 @@ mod _native {
     use crate::magnet::{magnet_covariance, magnet_fit, magnet_partition};
     #[pymodule_export]
     use crate::math::{chi_squared_quantile, chi_squared_survival, log_normal_cdf};
+    #[pymodule_export]
+    use crate::mcap::{pack_lz4, read_mcap};
     #[pymodule_export]
     use crate::navigation::{NavigationFilter, NavigationRecord};
     #[pymodule_export]

@@ -27,11 +27,13 @@ const NOT_REACHED: u8 = 3;
 /// Bytes that a saved filter has at most.
 const BYTES: usize = 1 << 13;
 
-/// Position, velocity and attitude of a vehicle from its gyro, accelerometer and satellite receiver.
+/// Position, velocity and attitude of a vehicle from its gyro, accelerometer and satellite
+/// receiver.
 ///
-/// A loosely coupled Kalman filter of 15 errors: position, velocity, orientation and the biases of gyro
-/// and accelerometer. The sensors are integrated at every sample; fixes of the receiver, rest and wheels
-/// correct what drifts. Body axes are forward, right, down; the earth's north, east, down, WGS84.
+/// A loosely coupled Kalman filter of 15 errors: position, velocity, orientation and the biases of
+/// gyro and accelerometer. The sensors are integrated at every sample; fixes of the receiver, rest
+/// and wheels correct what drifts. Body axes are forward, right, down; the earth's north, east,
+/// down, WGS84.
 ///
 /// A position or velocity is used if its normalised innovation squared is at most ``gate``. After
 /// ten rejections in a row the filter is considered wrong and moves to the next position
@@ -58,7 +60,7 @@ const BYTES: usize = 1 << 13;
 ///     Its standard deviation, m, one or one per axis: if it is not 0, the antenna's position is
 ///     estimated (``antenna``).
 /// consider_antenna : bool, default False
-///     Do not estimate the position; its standard deviation counts in ``sigma`` and gains (Schmidt).
+/// Do not estimate the position; include its standard deviation in ``sigma`` and gains (Schmidt).
 /// vehicle : {None, "wheeled"}, default None
 ///     "wheeled": it neither slips sideways nor leaves the ground; applied five times a second
 ///     above 1 m/s.
@@ -76,7 +78,7 @@ const BYTES: usize = 1 << 13;
 /// covariance_step : float, default 0.1
 ///     Time between two steps of the covariance, s.
 /// kind : {"rate", "increment"}, default "rate"
-///     Samples are rates and forces, or their integrals since the sample before.
+///     Samples are rates and forces, or their integrals since the previous sample.
 ///
 /// Raises
 /// ------
@@ -184,9 +186,9 @@ impl NavigationFilter {
         Ok(Self::of(filter))
     }
 
-    /// Takes one sample of the sensors: its time, s, and gyro and accelerometer, rad/s and m/s^2, (3,);
-    /// ``rest`` says that the vehicle is known to stand. Returns ``status``; ValueError if the time is not
-    /// later than that of the sample before, which changes nothing.
+    /// Process one sample of the sensors: its time, s, and gyro and accelerometer, rad/s and m/s^2,
+    /// (3,); ``rest`` states that the vehicle stands. Return ``status``. ValueError if the time is
+    /// not later than that of the previous sample; the filter is then unchanged.
     #[pyo3(signature = (t, gyro, accel, rest=false))]
     fn update<'py>(
         slf: &Bound<'py, Self>,
@@ -203,12 +205,12 @@ impl NavigationFilter {
         Ok(STATUSES[this.shared.bank.status() as usize])
     }
 
-    /// Takes a fix of the receiver: when it was measured, s, latitude and longitude, deg, and height, m,
-    /// (3,); velocity north, east, down, m/s, (3,) or None; their deviations, one or three axes. Returns
-    /// "used", "rejected" or "refused". The gate judges position and velocity apart; a fix is rejected if
-    /// its position is, or the velocity of one without a position. It is refused if it is over a second
-    /// old, a tenth of a second ahead of the sensors, without a number, or beyond 89.5 deg. ValueError if
-    /// a deviation is not positive.
+    /// Process a fix of the receiver: time of measurement, s; latitude and longitude, deg, and
+    /// height, m, (3,); velocity north, east, down, m/s, (3,) or None; their standard deviations,
+    /// one or three axes. Return "used", "rejected" or "refused". Position and velocity are gated
+    /// separately; a fix is rejected if its position is, or the velocity of one without a position.
+    /// It is refused if it is over a second old, a tenth of a second ahead of the sensors, without
+    /// a number, or beyond 89.5 deg. ValueError if a standard deviation is not positive.
     #[pyo3(signature = (t, position, velocity=None, position_sigma=None, velocity_sigma=None),
         text_signature = "($self, t, position, velocity=None, position_sigma=2.0, \
             velocity_sigma=0.1)")]
@@ -233,13 +235,13 @@ impl NavigationFilter {
         Ok(VERDICTS[this.shared.bank.update_gnss(&fix).map_err(NativeError::from)? as usize])
     }
 
-    /// Takes the speed that wheels tell: when, s, the middle of the time over which it is measured, how
-    /// fast they roll forward, m/s, and its deviation, by default ``speed_sigma``. Their scale, and the yaw
-    /// and pitch of the axis along which they roll, are estimated (``wheel_constants``). A wheel that
-    /// slips, with an innovation of over three deviations, is not believed for ten seconds, then less.
-    /// Returns True if it will be used: not before the heading is known to 0.1 rad, nor if it is
-    /// over a second old or missing. ValueError if the vehicle is not "wheeled", or the deviation
-    /// not positive.
+    /// Takes the speed that wheels tell: when, s, the middle of the time over which it is measured,
+    /// how fast they roll forward, m/s, and its deviation, by default ``speed_sigma``. Their scale,
+    /// and the yaw and pitch of the axis along which they roll, are estimated
+    /// (``wheel_constants``). A slipping wheel, with an innovation of over three standard
+    /// deviations, is ignored for ten seconds and then has less weight. Return True if the speed
+    /// will be used; not before the heading is known to 0.1 rad, nor if it is over a second old or
+    /// missing. ValueError if the vehicle is not "wheeled", or the deviation not positive.
     #[pyo3(signature = (t, speed, sigma=None))]
     fn update_wheels(
         slf: &Bound<'_, Self>,
@@ -252,13 +254,13 @@ impl NavigationFilter {
         Ok(this.shared.bank.update_wheels(t, speed, sigma).map_err(NativeError::from)?)
     }
 
-    /// Takes a recording with a gyro and an accelerometer on one clock, and the fixes of a receiver;
-    /// returns the `Track`: what a loop over ``update`` and ``update_gnss`` would have said after each
-    /// sample, and the smoother. ``rest``, bool (n,), says where the vehicle is known to stand,
-    /// ``wheel_speed``, (n,), how fast its wheels roll, m/s, NaN where they do not tell, or `Wheels` with
-    /// times and deviations of their own; ``time_offset``, a number or a `TimeOffset`, is added to the times
-    /// of the fixes, s. ``keep="track"`` leaves out what the smoother needs, about 2.5 kB a step of
-    /// the covariance and 1.1 more where wheels or antenna are estimated: for long records.
+    /// Process a recording with a gyro and an accelerometer on one clock, and the fixes of a
+    /// receiver. Return the `Track`, equal to a loop over ``update`` and ``update_gnss``, with its
+    /// smoother. ``rest``, bool (n,), is True where the vehicle is known to stand; ``wheel_speed``,
+    /// (n,), is the speed of its wheels, m/s, NaN where unknown, or `Wheels` with times and
+    /// standard deviations; ``time_offset``, a number or a `TimeOffset`, is added to the times of
+    /// the fixes, s. ``keep="track"`` leaves out the data for the smoother, about 2.5 kB per step
+    /// of the covariance and 1.1 kB more if wheels or antenna are estimated: for long records.
     #[pyo3(
         signature = (
             imu, gnss=None, *, rest=None, wheel_speed=None, time_offset=None, keep="all"
@@ -285,13 +287,14 @@ impl NavigationFilter {
 
     /// Do the work of ``process`` with arrays: times (n,), samples (n, 3), and of m fixes the rows
     /// time, position (deg, deg, m), velocity, standard deviations of both, shape (m, 13), NaN for
-    /// what a fix lacks. ``wheel_speed`` has a speed for each sample, (n,), or rows of time, speed
-    /// and standard deviation, (w, 3), in order. A fix is taken after the first sample that is not
-    /// before it, and so are wheels. Returns by name the state after each sample, and of each fix
-    /// its ``verdict`` (used, rejected, refused, or 3 if it comes after the last sample), ``nis``
-    /// (m, 2), the ``innovation`` of each axis of position and velocity (m, 6), its standard
-    /// deviation ``innovation_sigma`` (m, 6), and the time at which it was ``taken``, s; with
-    /// ``record`` also the record for the smoother, else None. The interpreter lock is released.
+    /// missing values. ``wheel_speed`` has a speed for each sample, (n,), or rows of time, speed
+    /// and standard deviation, (w, 3), in order. A fix or a wheel speed is processed after the
+    /// first sample that is not earlier. Returns by name the state after each sample, and of each
+    /// fix its ``verdict`` (used, rejected, refused, or 3 if it comes after the last sample),
+    /// ``nis`` (m, 2), the ``innovation`` of each axis of position and velocity (m, 6), its
+    /// standard deviation ``innovation_sigma`` (m, 6), and the time at which it was ``taken``, s;
+    /// with ``record`` also the record for the smoother, else None. The interpreter lock is
+    /// released.
     #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false, wheel_speed=None))]
     // The arguments are those of the method in Python.
     #[allow(clippy::too_many_arguments)]
@@ -382,36 +385,36 @@ getters! { NavigationFilter, slf, py, this;
     gyro_bias: Object<'py> = arrays::small(py, &this.shared.bank.snapshot().gyro_bias);
     /// Bias of the accelerometer, m/s^2: (3,).
     accel_bias: Object<'py> = arrays::small(py, &this.shared.bank.snapshot().accel_bias);
-    /// Standard deviations at the last step of the covariance: position and velocity north, east and
-    /// down, m and m/s, orientation about these axes, rad, biases of gyro and accelerometer, rad/s and
-    /// m/s^2; NaN before the first fix: (15,).
+    /// Standard deviations at the last step of the covariance: position and velocity north, east
+    /// and down, m and m/s, orientation about these axes, rad, biases of gyro and accelerometer,
+    /// rad/s and m/s^2; NaN before the first fix: (15,).
     sigma: Object<'py> = arrays::small(py, &this.shared.bank.snapshot().sigma);
-    /// Covariance of the errors at its last step, in the order of ``sigma``; that of the velocity is
-    /// ``v_estimated - exp(-[phi x]) v`` with phi the error of the orientation, those of biases are true
-    /// less estimated: (15, 15).
+    /// Covariance of the errors at its last step, in the order of ``sigma``; the error of the
+    /// velocity is ``v_estimated - exp(-[phi x]) v`` with phi the error of the orientation; errors
+    /// of biases are true minus estimated: (15, 15).
     covariance: Object<'py> = {
         let covariance = this.shared.bank.covariance();
         let places = (0..STATES * STATES).map(|k| covariance.at(k / STATES, k % STATES));
         arrays::array(py, places.collect(), &[STATES, STATES])?
     };
-    /// Scale of the wheels, and yaw and pitch, rad, of the axis along which they roll: they roll
-    /// (1 + scale) times as fast as they tell; NaN before they tell anything: (3,).
+    /// Scale of the wheels, and yaw and pitch, rad, of the axis along which they roll: they roll (1
+    /// + scale) times as fast as measured; NaN before the first measurement: (3,).
     wheel_constants: Object<'py> = arrays::small(py, &this.shared.bank.wheels()[0]);
     /// Standard deviations of ``wheel_constants``: (3,).
     wheel_constants_sigma: Object<'py> = arrays::small(py, &this.shared.bank.wheels()[1]);
-    /// Normalised innovations squared of the last position and velocity, 3 on average in a filter that
+    /// Normalised innovations squared of the last position and velocity, 3 on average if the filter
     /// is consistent; NaN before the first: (2,).
     nis: Object<'py> = arrays::small(py, &this.shared.bank.nis());
-    /// Standard deviations of the receiver that the innovations show, position and velocity, m and m/s;
-    /// NaN until ten pairs of fixes were seen: (2, 3).
+    /// Standard deviations of the receiver learned from the innovations, position and velocity, m
+    /// and m/s; NaN before ten pairs of fixes: (2, 3).
     learned_sigma: Object<'py> = {
         let learned = this.shared.bank.learned_noise();
         arrays::array(py, learned.concat(), &[2, 3])?
     };
-    /// "waiting" for a fix, "no heading", "navigating", "coasting" without fixes for two seconds, or
-    /// "missing": without samples of a sensor for a tenth of a second.
+    /// "waiting" for a fix, "no heading", "navigating", "coasting" without fixes for two seconds,
+    /// or "missing": without samples of a sensor for a tenth of a second.
     status: &'static str = STATUSES[this.shared.bank.status() as usize];
-    /// From the sensor to the antenna, body axes, m, as far as is known: (3,).
+    /// Present estimate of the vector from the sensor to the antenna, body axes, m: (3,).
     antenna: Object<'py> = arrays::small(py, &this.shared.bank.antenna()[0]);
     /// Standard deviations of ``antenna``, 0 if it is not estimated: (3,).
     antenna_sigma: Object<'py> = arrays::small(py, &this.shared.bank.antenna()[1]);
@@ -419,18 +422,18 @@ getters! { NavigationFilter, slf, py, this;
     time: f64 = this.shared.bank.time();
     /// Samples of the sensors to date, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
-    /// Fixes to date by what became of them: "used", "rejected", "refused".
+    /// Counts of fixes to date by verdict: "used", "rejected", "refused".
     fix_count: Bound<'py, PyDict> = {
         let FixCounts { used, rejected, refused, .. } = *this.shared.bank.fixes();
         let [one, two, three] = VERDICTS;
         named(py, [(one, used), (two, rejected), (three, refused)])?
     };
-    /// Counts of fixes that the gate has rejected to date: "positions" and "velocities".
+    /// Counts of positions and velocities rejected by the gate to date: "positions", "velocities".
     rejected_count: Bound<'py, PyDict> = {
         let [positions, velocities] = this.shared.bank.fixes().rejected_of;
         named(py, [("positions", positions), ("velocities", velocities)])?
     };
-    /// Number of moves of the filter to the positions, after ten in a row that were rejected.
+    /// Number of moves of the filter to the positions after ten rejections in a row.
     move_count: u64 = this.shared.bank.fixes().moved;
     /// Time of the last move, s, and its distance, m; None before the first.
     last_move: Option<(f64, f64)> = {

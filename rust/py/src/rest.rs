@@ -11,12 +11,12 @@ use crate::common::errors::NativeError;
 use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 
-/// Detection of a gyro's rest, by its own output alone while samples arrive.
+/// Live detection of rest from a gyro's own output.
 ///
 /// Samples are grouped into ticks of a quarter of a second, four samples at least. The detector
 /// learns the variance within a tick at rest, and the distance of a tick's level from averages of
 /// 1, 4 and 16 s. A tick that chance exceeds once in a million ends the rest; 1.5 s near the level
-/// of the last rest begin the next. Nothing depends on the unit, nor on a constant added.
+/// of the last rest begin the next. Results do not depend on the unit, nor on an added constant.
 ///
 /// The start counts as rest after 1.5 s that look like noise. If that proves wrong within 10 s,
 /// only a level that has lasted for 10 s counts as rest. Slow rotation at a constant rate and a
@@ -34,7 +34,7 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// rate : float
 ///     Samples a second.
 /// channels : int, optional
-///     Number of signals side by side; ``None`` is a single one.
+///     Number of signals; ``None`` is a single one.
 /// rest_limit : float, optional
 ///     Standard deviation of the samples within a tick above which a sensor cannot be at rest, in
 ///     the samples' unit; the means of six ticks spread by three tenths of it at most. 10 deg/s
@@ -53,8 +53,8 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// >>> z = np.random.default_rng(1).standard_normal(6000)
 /// >>> z[3000:4000] += 50.0 * np.sin(np.arange(1000) / 100.0)
 /// >>> rest = zr.RestDetector(rate=100.0).process(z)
-/// >>> (np.flatnonzero(np.diff(rest)) + 1).tolist()  # begins at 1.5 s, ends at 30.25, begins at 41.5
-/// [149, 3024, 4149]
+/// >>> (np.flatnonzero(np.diff(rest)) + 1).tolist()  # begins at 1.5 s, ends at 30.25, begins at
+/// 41.5 [149, 3024, 4149]
 #[pyclass(generic, module = "zerorate")]
 #[derive(Debug)]
 pub struct RestDetector {
@@ -63,11 +63,11 @@ pub struct RestDetector {
 
 streaming!(
     RestDetector,
-    update: "Takes one sample, returns whether the sensor rests: float to bool, with channels (k,)
-    to (k,). ``moving`` says that the body is known to move, as a ``MotionDetector`` tells.",
-    process: "Whether the sensor rests after each sample of a batch: (n,) to (n,), with channels
-    (n, k) to (n, k), bool; the interpreter lock is released. ``moving``, bool, (n,), is where the
-    body is known to move, as a ``MotionDetector`` tells; one thread does it then.",
+    update: "Process one sample and return True if the sensor rests: float to bool, with channels
+    (k,) to (k,). ``moving`` states that the body moves, as a ``MotionDetector`` finds.",
+    process: "Return the mask of rest after each sample of a batch: (n,) to (n,), with channels
+    (n, k) to (n, k), bool; the interpreter lock is released. ``moving``, bool, (n,), is True where
+    the body moves, as a ``MotionDetector`` finds; a single thread is then used.",
     moving
 );
 streaming!(@bank RestDetector, Core<f64>);
@@ -206,7 +206,7 @@ getters! { MotionDetector, slf, py, this;
 /// Parameters
 /// ----------
 /// means : array_like, shape (n, 6)
-///     Mean rate, rad/s, and mean force, m/s^2, of each tick; NaN where missing, which ends a stretch.
+/// Mean rate, rad/s, and mean force, m/s^2, of each tick; NaN where missing, which ends a stretch.
 /// gyro, accel : float
 ///     How far they vary over the three axes, rad/s and m/s^2: their deviation, and half of the
 ///     distance of one from the mean.

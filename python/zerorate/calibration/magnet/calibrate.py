@@ -118,7 +118,7 @@ def _reference_field(
 ) -> EarthField | None:
     """Return the field at a place, typed or recorded; None if neither gives it."""
     if place is not None and (field is not None or dip is not None):
-        raise ArgumentError("place", "determines field and dip: give it, or them")
+        raise ArgumentError("place", "determines field and dip: give it, or both values")
     if place is not None:
         if len(place) not in (2, 3):
             raise ArgumentError("place", f"takes latitude, longitude and maybe height, got {place}")
@@ -173,7 +173,7 @@ def _calibrate_by_gyro(
     _check_length(ticks.n / 10.0)
     choice = None if problems else choose_iron(ticks, partition_spans(ticks), single_iron)
     if choice is not None and median_field(choice) < _MIN_FIELD_SHARE:
-        problems = ("the samples do not turn with the sensor: the magnetometer is stuck",)
+        problems = ("the samples do not rotate with the sensor: the magnetometer is stuck",)
         choice = None
     sentences = (*notes, *samples.notes)
     return gyro_result(ticks, choice, begin, log.unit, problems, sentences, recording.source)
@@ -194,8 +194,8 @@ def _calibrate_by_sphere(log: Log, recording: Recording) -> MagnetometerCalibrat
     centre = None if problems else fit_sphere(log.data[known], seconds)
     begin, end = float(log.sampled[0]), float(log.sampled[-1])
     note = (
-        "without a gyro a sphere was fitted: it needs all directions, and takes a magnet that "
-        "comes and goes for noise"
+        "without a gyro a sphere was fitted: it needs all directions, and treats a magnet that "
+        "comes and goes as noise"
     )
     return sphere_result(centre, begin, end, log.unit, problems, note, recording.source)
 
@@ -216,7 +216,7 @@ def _validate_field(
         if abs(size - field) > 3.0 * sigma + _MAX_FIELD_DIFFERENCE * field:
             problems.append(
                 f"the field is {size:.3g} uT, and that of the place {field:.3g} uT: the unit or "
-                "the scale of the magnetometer is wrong, or it is next to iron that turns with it"
+                "the scale of the magnetometer is wrong, or iron that rotates with it is near"
             )
     if dip is not None and result.dip.identifiable:
         difference = abs(result.dip - dip)

@@ -132,7 +132,7 @@ def _offset_and_matrix(
         )
     doubts = list(_doubts(calibration))
     if doubts and not doubtful:
-        advice = "; ".join(calibration.advice) or "turn the device about two axes that differ"
+        advice = "; ".join(calibration.advice) or "rotate the device about two different axes"
         raise ValueError(
             make_sentence(
                 f"{doubts[0]}: {advice}; ",
@@ -149,7 +149,7 @@ def _doubts(calibration: MagnetometerCalibration) -> Iterator[str]:
     if not calibration.valid:
         yield f"the calibration is not valid, {calibration.problems[0]}"
     elif not calibration.groups[calibration.longest].applied:
-        yield "the log shows no iron that is worth taking off"
+        yield "the log shows no iron worth subtracting"
     elif not all(coefficient.identifiable for coefficient in calibration.hard_iron):
         unknown = (
             axis

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from zerorate.faults import keyword_argument, make_sentence
 from zerorate.io.readers.isolated import run_isolated
+from zerorate.io.readers.mcap_file import McapMessages, McapReader
 from zerorate.io.readers.ros_messages import MessagePlan, decode_columns, make_plan
 from zerorate.io.table import Column, Content, Metadata, Table
 from zerorate.record.log import LogError
@@ -117,6 +118,11 @@ def _absent(path: Path, topic: str) -> list[str]:
     """Return the half of a topic's messages that is marked as absent, or zero in all of them."""
     with _open_reader(path) as reader:
         on_topic = [c for c in reader.connections if c.topic == topic and _is_imu(c)]
+        if isinstance(reader, McapReader):
+            # A few tell of most recordings.
+            first = _halves_seen(reader.read(on_topic, _FIRST_MESSAGES))
+            seen = first if all(first) else _halves_seen(reader.read(on_topic))
+            return _name_absent(seen)
         decoded, seen = _decoder_of(path), [False, False]
         for _, _, raw in reader.messages(connections=on_topic):
             numbers = decoded(raw, _MARKED)[2:]
@@ -124,7 +130,21 @@ def _absent(path: Path, topic: str) -> list[str]:
                 seen[i] |= half[3] != _MARK and any(half[:3])
             if all(seen):
                 return []
+    return _name_absent(seen)
+
+
+def _name_absent(seen: Sequence[bool]) -> list[str]:
     return [kind for kind, there in zip(_HALF, seen, strict=True) if any(seen) and not there]
+
+
+def _halves_seen(messages: McapMessages) -> list[bool]:
+    """Return a flag each for gyro and accelerometer: any message has values of it."""
+    _, numbers = decode_cdr_imus(messages, [i for first in _FIRST for i in range(first, first + 4)])
+    halves = numbers[:4], numbers[4:]
+    return [
+        bool(np.any((half[3] != _MARK) & np.any(np.not_equal(half[:3], 0.0), axis=0)))
+        for half in halves
+    ]
 
 
 def read_columns(path: Path, topic: str, wanted: Sequence[int]) -> list[Column]:
@@ -135,6 +155,12 @@ def read_columns(path: Path, topic: str, wanted: Sequence[int]) -> list[Column]:
             (plan, kind) = next((p, c.msgtype) for c in on_topic if (p := make_plan(c)) is not None)
             own_connections = [c for c in on_topic if c.msgtype == kind and _is_decoded(c)]
             return decode_columns(plan, reader.messages(connections=own_connections), wanted)
+        if isinstance(reader, McapReader):
+            places = [first + i for first in _FIRST for i in range(3)]
+            stamps, numbers = decode_cdr_imus(
+                reader.read([c for c in on_topic if _is_imu(c)]), places
+            )
+            return [numbers[i - 1] if i else stamps for i in wanted]
     rows = _read_messages(path, topic)
     stamps = rows["seconds"] * 1_000_000_000 + rows["nanoseconds"]
     stamped_values = [stamps, *(rows[name] for name in _VALUE_NAMES)]
@@ -193,6 +219,10 @@ def _read_messages(path: Path, topic: str) -> npt.NDArray[np.void]:
 def _open_reader(path: Path) -> Iterator[_Reader]:
     from rosbags import rosbag1, rosbag2
 
+    if path.suffix.lower() == ".mcap":
+        with McapReader(path) as own_reader:
+            yield own_reader
+        return
     package = rosbag1 if path.suffix.lower() == ".bag" else rosbag2
     with package.Reader(path) as reader:
         yield reader
@@ -214,6 +244,11 @@ _PREFIX_BYTES = 4
 _FRAME_ID_OFFSET = _PREFIX_BYTES + 12
 
 
+_FIRST: Final = (13, 25)
+"""Numbers of a message before the rate and before the acceleration."""
+_FIRST_MESSAGES: Final = 1024
+
+
 def decode_ros1_imu(raw: bytes, numbers: Mapping[str, struct.Struct] = _VALUE_STRUCTS) -> Imu:
     """Return the stamp and the values of a message of ROS 1, which is packed."""
     seconds, nanoseconds, length = _STAMP_STRUCTS["<"].unpack_from(raw, _PREFIX_BYTES)
@@ -226,3 +261,30 @@ def decode_cdr_imu(raw: bytes, numbers: Mapping[str, struct.Struct] = _VALUE_STR
     seconds, nanoseconds, length = _STAMP_STRUCTS[order].unpack_from(raw, _PREFIX_BYTES)
     aligned = -(-(_FRAME_ID_OFFSET - _PREFIX_BYTES + length) // 8) * 8
     return (seconds, nanoseconds, *numbers[order].unpack_from(raw, _PREFIX_BYTES + aligned))
+
+
+def decode_cdr_imus(messages: McapMessages, places: Sequence[int]) -> tuple[Column, list[Column]]:
+    """Return the stamps, ns, and some of the 37 numbers of messages of ROS 2, each of shape (n,).
+
+    Raises
+    ------
+    ValueError
+        If a message is shorter than its type.
+    """
+    little = (messages.field(1, "u1") & 1).astype(bool)
+    stamps = np.empty(len(little), np.int64)
+    numbers = [np.empty(len(little)) for _ in places]
+    for order, mask in (("<", little), (">", ~little)):
+        if not mask.any():
+            continue
+        own = messages.select(mask)
+        seconds, nanoseconds, length = (
+            own.field(_PREFIX_BYTES + 4 * i, f"{order}{kind}").astype(np.int64)
+            for i, kind in enumerate(("i4", "u4", "u4"))
+        )
+        aligned = -(-(_FRAME_ID_OFFSET - _PREFIX_BYTES + length) // 8) * 8
+        begins = (_PREFIX_BYTES + aligned).astype(np.uint64)
+        stamps[mask] = seconds * 1_000_000_000 + nanoseconds
+        for column, i in zip(numbers, places, strict=True):
+            column[mask] = own.field(begins + np.uint64(8 * i), f"{order}f8")
+    return stamps, numbers

@@ -241,7 +241,7 @@ def _summarise(
     counts = measured.sample_counts
     if not counts.present_count.any():
         saturated = "" if filters.limit is None else f", or beyond the limit of {filters.limit:g}"
-        raise LogError(f"no axis holds a sample: all are missing{saturated}")
+        raise LogError(f"no axis has a sample: all are missing{saturated}")
     header = recording.header
     chosen_filter, history = filters.chosen_filter, filters.recorder.history()
     return Summary(

@@ -23,7 +23,8 @@ pub(crate) const MAX_SAMPLE: f64 = 1e4;
 const MAX_SAMPLE_INTERVAL_S: f64 = 1.0;
 /// A missing sample is the last one for so long, s, then unknown.
 const MAX_HELD_S: f64 = 0.1;
-/// A gyro that is unknown for so long, s, is a gap: errors of the orientation are not small any more.
+/// A gyro that is unknown for so long, s, is a gap: errors of the orientation are not small any
+/// more.
 pub(crate) const MAX_UNKNOWN_S: f64 = 2.0;
 /// Power densities of a rate and of a force of which nothing is measured, rad²/s and m²/s³.
 const UNKNOWN_DENSITIES: [f64; 2] = [1.0, 25.0];
@@ -45,31 +46,31 @@ const MAX_TIME: f64 = 4e9;
 pub struct Inertial {
     /// s.
     pub time: f64,
-    /// Rate, rad/s, or angle since the sample before.
+    /// Rate, rad/s, or angle since the previous sample.
     pub gyro: [f64; 3],
-    /// Specific force, m/s², or velocity gained since the sample before.
+    /// Specific force, m/s², or velocity change since the previous sample.
     pub accel: [f64; 3],
-    /// True if the body is known to rest: its velocity is zero then, its rate the Earth's.
+    /// True if the body is known to rest: its velocity is zero and its rate is the earth's.
     pub rest: bool,
 }
 
 /// Status of the filter.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Status {
-    /// It waits for a first fix, or for the next one after a gap.
+    /// Waiting for a first fix, or for the next one after a gap.
     #[default]
     Waiting,
-    /// It waits for a heading.
+    /// Waiting for a heading.
     NoHeading,
-    /// It knows where it is.
+    /// Navigating.
     Navigating,
-    /// So it does, without fixes.
+    /// Navigating without fixes.
     Coasting,
-    /// So it does, without samples of a sensor.
+    /// Navigating without samples of a sensor.
     Missing,
 }
 
-/// All that is known after a sample.
+/// All estimates after a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Snapshot {
     /// Latitude and longitude, rad, height, m; NaN before the first fix.
@@ -89,7 +90,7 @@ pub struct Snapshot {
     pub status: Status,
 }
 
-/// Record the steps of a filter, for the smoother.
+/// Records the steps of a filter, for the smoother.
 pub trait Observer {
     /// Take the number of the sample under way.
     #[inline(always)]
@@ -108,8 +109,8 @@ pub trait Observer {
     /// Drop the last scalars, which were not taken after all.
     #[inline(always)]
     fn drop_scalars(&mut self, _scalars: usize) {}
-    /// Record that the covariance was widened: covariances before and after do not follow from scalars
-    /// alone.
+    /// Record that the covariance was widened: covariances before and after do not follow from
+    /// scalars alone.
     #[inline(always)]
     fn mark_widened(&mut self) {}
     /// Record a start of the filter, with this covariance.
@@ -156,15 +157,15 @@ pub struct NavigationFilter {
 /// Counts of fixes by verdict, to date.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FixCounts {
-    /// One of these each, as of [`Verdict`].
+    /// Used fixes, see [`Verdict::Used`].
     pub used: u64,
-    /// See `used`.
+    /// Rejected fixes, see [`Verdict::Rejected`].
     pub rejected: u64,
-    /// See `used`.
+    /// Refused fixes, see [`Verdict::Refused`].
     pub refused: u64,
-    /// Positions and velocities that the gate did not let pass.
+    /// Positions and velocities rejected by the gate.
     pub rejected_of: [u64; 2],
-    /// Number of times that so many positions in a row were rejected that the filter moved to them.
+    /// Number of times that the filter moved to positions after repeated rejections.
     pub moved: u64,
     /// Time of the last move, s, and its distance, m; NaN before the first.
     pub last_move: [f64; 2],
@@ -228,7 +229,7 @@ impl Sensors {
 }
 
 impl NavigationFilter {
-    /// A filter that has seen no sample.
+    /// A filter before its first sample.
     ///
     /// # Errors
     /// [`Error::Parameter`] if a parameter is out of its range.
@@ -279,19 +280,19 @@ impl NavigationFilter {
         variances
     }
 
-    /// Back to before the first sample.
+    /// Reset to the state before the first sample.
     pub fn reset(&mut self) {
         if let Ok(new) = Self::new(self.start, self.params) {
             *self = new;
         }
     }
 
-    /// Takes one sample of the sensors. One that is not finite, or too large for a sensor, is
-    /// missing: the one before for a tenth of a second, then unknown.
+    /// Process one sample of the sensors. A sample that is not finite or too large is missing: the
+    /// previous one replaces it for a tenth of a second, then it is unknown.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if its time is not later than that of the sample before; nothing has
-    /// changed then.
+    /// [`Error::Parameter`] if its time is not later than that of the previous sample; the filter
+    /// is then unchanged.
     #[inline]
     pub fn update(&mut self, sample: &Inertial) -> Result<(), Error> {
         self.update_before(sample, &mut ())
@@ -533,7 +534,7 @@ impl NavigationFilter {
         motion.height.abs() < MAX_HEIGHT && motion.latitude.abs() < MAX_LATITUDE
     }
 
-    /// Takes a fix.
+    /// Process a fix.
     ///
     /// # Errors
     /// [`Error::Parameter`] if a standard deviation that is needed is not a positive number.
@@ -600,7 +601,7 @@ impl NavigationFilter {
         if coasts { Status::Coasting } else { Status::Navigating }
     }
 
-    /// Everything known after the last sample.
+    /// All estimates after the last sample.
     #[inline]
     pub fn snapshot(&self) -> Snapshot {
         let Motion { attitude, velocity, latitude, longitude, height, .. } = &self.motion;
@@ -660,7 +661,7 @@ impl NavigationFilter {
         [of(|new| new.value), of(|new| new.variance.simd_sqrt())]
     }
 
-    /// Standard deviations of position and velocity that the innovations show; NaN before they do.
+    /// Standard deviations of position and velocity learned from the innovations; NaN before.
     pub fn learned_noise(&self) -> [[f64; 3]; 2] {
         self.gates.map(|gate| gate.standard_deviations())
     }
