@@ -63,11 +63,15 @@ _KIND_NAMES: Final = {
 
 
 class Role(NamedTuple):
-    """Role of a column and its unit, each with the evidence; empty if not known."""
+    """A column: its name, its role and its unit, each with the evidence, and its log.
 
+    Texts are empty where nothing is known.
+    """
+
+    name: str
     meaning: str
     unit: str
-    is_clock: bool = False
+    log: str
 
 
 @dataclass(frozen=True)
@@ -155,7 +159,8 @@ class Evidence:
             left = [tuple(i for i in sensor.indices if i not in without) for sensor in chosen]
             return [Sensor(self._listed_kind, indices) for indices in left if indices], notes
         sensors = self.sensors(without)
-        imus = [one for one in sensors if one.kind in IMU_KINDS and one.stem]
+        named = [one for one in sensors if meaning_of(self._labels(one)[0]) is not None]
+        imus = [one for one in named if one.kind in IMU_KINDS]
         pool = select_sensors(imus, wanted)
         kinds = {sensor.kind for sensor in pool}
         best, others = keep_best_stage([*pool, *(s for s in imus if s.kind not in kinds)])
@@ -185,9 +190,9 @@ class Evidence:
             If they are many, or hold what no gyro measures.
         """
         table = self.table
-        time, counters = unnamed_time(table, ())
         if table.data is not None:
             return [Sensor(self._listed_kind, table.data)], []
+        time, counters = unnamed_time(table, ())
         places = tuple(i for i in range(table.width) if i not in {time, *counters})
         if not places:
             raise not_found("a gyro", table)
@@ -269,35 +274,35 @@ class Evidence:
         """Return the column of the timestamps of some data columns."""
         return time_of(self.table, data)
 
-    def roles(self, units: Mapping[str, str]) -> list[Role]:
-        """Return the role of each column, given the units of the columns that are read."""
-        table = self.table
-        first = next((s.indices[0] for s in self.sensors() if s.kind == "gyro"), table.width - 1)
-        time = self.time_of([first])
-        clues = {clue.place: clue.evidence for clue in clues_of(table)[0]}
+    def roles(self, logs: Mapping[str, tuple[str, str]]) -> list[Role]:
+        """Return the role of each column, given the logs and units of those that are read."""
+        first = next((s.indices[0] for s in self.sensors() if s.kind == "gyro"), None)
+        time = self.time_of([self.table.width - 1 if first is None else first])
+        clues = {clue.place: clue.evidence for clue in clues_of(self.table)[0]}
         return [
             self._role_of_time(index, clues.get(index, "as stated"), index == time)
-            if index == time or looks_like_time(table.label(index))
-            else self._role(index, clues.get(index), units.get(table.label(index)))
-            for index in range(table.width)
+            if index == time or looks_like_time(self.table.label(index))
+            else self._role(index, clues.get(index), *logs.get(self.table.label(index), ("", "")))
+            for index in range(self.table.width)
         ]
 
     def _role_of_time(self, index: int, clue: str, is_clock: bool) -> Role:
-        name = self.table.label(index)
+        name, log = self.table.label(index), "time" if is_clock else ""
         meaning = "time" if has_time_name(name) else f"time, {clue}"
         unit, stated = find_time_unit(name), self.table.time_unit if is_clock else None
         if stated not in (None, unit):
-            return Role(meaning, f"{stated}, by the other clock", is_clock)
-        return Role(meaning, f"{unit}, by its name" if unit else "by its numbers", is_clock)
+            return Role(name, meaning, f"{stated}, by the other clock", log)
+        return Role(name, meaning, f"{unit}, by its name" if unit else "by its numbers", log)
 
-    def _role(self, index: int, clue: str | None, known: str | None) -> Role:
-        """Return the role of a column that is no time, of which a log may know the unit."""
+    def _role(self, index: int, clue: str | None, log: str, known: str) -> Role:
+        """Return the role of a column that is no time."""
         name = self.table.label(index)
         found = meaning_of(name)
         named = split_unit(name)[1] if found is None else found.unit
         unit = f"{named}, by its name" if named else ""
         if found is None:
-            return Role(f"may be the time {clue}" if clue else "", unit)
+            by_place = f"{log}, by its position" if log else ""
+            return Role(name, f"may be the time {clue}" if clue else by_place, unit, log)
         words = found.words
         axis = "" if words is None or words.axis is None else _AXES[words.axis]
         parts = (found.kind, "" if words is None else words.stage, axis)
@@ -306,7 +311,7 @@ class Evidence:
         elif not unit:
             stated = self.table.meta.unit
             unit = f"{stated}, by the metadata" if stated else "not known"
-        return Role(" ".join(filter(None, parts)), unit)
+        return Role(name, " ".join(filter(None, parts)), unit, log)
 
 
 def _named_unit(name: str) -> str | None:

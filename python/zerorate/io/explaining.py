@@ -12,7 +12,7 @@ from typing import Unpack
 import numpy as np
 
 from zerorate.faults import render_text, sentence_of
-from zerorate.io.evidence import Evidence
+from zerorate.io.evidence import Evidence, Role
 from zerorate.io.formats import FORMATS, check_readable, find_format, label_of, open_source
 from zerorate.io.reading import ReadArguments
 from zerorate.io.recording import read_recording
@@ -25,24 +25,11 @@ from zerorate.record.recording import Recording
 
 
 @dataclass(frozen=True)
-class ColumnExplanation:
-    """A column: its name, its meaning, its unit with the origin, and its log.
-
-    Texts are empty where nothing is known.
-    """
-
-    name: str
-    meaning: str
-    unit: str
-    log: str
-
-
-@dataclass(frozen=True)
 class TopicExplanation:
     """A table of a file: its topic, empty where there are none, and its columns."""
 
     name: str
-    columns: tuple[ColumnExplanation, ...]
+    columns: tuple[Role, ...]
 
 
 @dataclass(frozen=True)
@@ -57,7 +44,7 @@ class Explanation:
         Its format, as ``meta["format"]`` of its logs.
     reason : str
         Evidence for the format.
-    topics : tuple of ExplainedTopic
+    topics : tuple of TopicExplanation
         The tables from which logs are read.
     others : tuple of str
         Topics that are read only on request.
@@ -158,9 +145,7 @@ def _split_topics(
     return shown, tuple(name for name in content.tables if name not in shown)
 
 
-def _explain_columns(
-    topic: str, table: Table, logs: Mapping[str, Log]
-) -> tuple[ColumnExplanation, ...]:
+def _explain_columns(topic: str, table: Table, logs: Mapping[str, Log]) -> tuple[Role, ...]:
     evidence = Evidence.of(table)
     own = {
         column: (name, log.unit)
@@ -168,16 +153,12 @@ def _explain_columns(
         if not topic or log.meta.get("sensor") in (table.meta.sensor, None)
         for column in log.names
     }
-    roles = evidence.roles({column: unit for column, (_, unit) in own.items()})
-    explained = []
-    for index, (meaning, unit, is_clock) in enumerate(roles):
-        name = evidence.table.label(index)
-        log = "time" if is_clock else own.get(name, ("", ""))[0]
-        if not meaning:
-            by_place = f"{log}, by its position" if log else ""
-            meaning = by_place if logs else _values(evidence.table, index)
-        explained.append(ColumnExplanation(name, meaning, unit, log))
-    return tuple(explained)
+    roles = evidence.roles(own)
+    if logs:
+        return tuple(roles)
+    values = (_values(evidence.table, index) for index in range(evidence.table.width))
+    pairs = zip(roles, values, strict=True)
+    return tuple(role if role.meaning else role._replace(meaning=text) for role, text in pairs)
 
 
 def _values(table: Table, index: int) -> str:

@@ -31,6 +31,7 @@ from zerorate.io.remote import is_address
 from zerorate.io.signatures import is_dataflash_text
 from zerorate.io.table import Column, Content, Format, Table, to_numbers
 from zerorate.io.timecolumns import time_of, with_clock
+from zerorate.record.clock import count_noun
 from zerorate.record.fixes import Fixes
 from zerorate.record.log import LogError
 from zerorate.record.names import to_snake_case
@@ -487,23 +488,19 @@ def _select_fixes(columns: _FixColumns, time: Floats, position: Floats) -> Boole
     if not has_position.any():
         raise LogError("there is no fix: no row has a position")
     if not has_position.all():
-        columns.notes.append(f"left out: {_count_rows(~has_position)} without a fix")
+        columns.notes.append(
+            f"left out: {count_noun(int(np.count_nonzero(~has_position)), 'row')} without a fix"
+        )
     is_fix: Booleans = has_position.copy()
     before = np.maximum.accumulate(np.where(has_position, time, -np.inf))
     is_fix[1:] &= time[1:] > before[:-1]
     late = has_position & ~is_fix
+    late_rows = count_noun(int(np.count_nonzero(late)), "row")
     if np.count_nonzero(late) > _MAX_DISORDER_PART * np.count_nonzero(has_position):
-        raise LogError(f"{_count_rows(late)} of {len(time)} do not come later than those before")
+        raise LogError(f"{late_rows} of {len(time)} do not come later than those before")
     if late.any():
-        columns.notes.append(
-            f"left out: {_count_rows(late)} that do not come later than those before"
-        )
+        columns.notes.append(f"left out: {late_rows} that do not come later than those before")
     return is_fix
-
-
-def _count_rows(mask: Booleans) -> str:
-    count = np.count_nonzero(mask)
-    return f"{count} row{'' if count == 1 else 's'}"
 
 
 def _find_position_sigmas(columns: _FixColumns) -> Floats | None:

@@ -237,7 +237,9 @@ class _McapWriter:
         packed = pack_lz4(raw)
         span = struct.pack("<QQ", stamps.min(), stamps.max())
         at = self._file.tell()
-        head = span + struct.pack("<QI", len(raw), zlib.crc32(raw.data)) + _encode_text(_COMPRESSION)
+        head = (
+            span + struct.pack("<QI", len(raw), zlib.crc32(raw.data)) + _encode_text(_COMPRESSION)
+        )
         self._file.write(_encode_record(0x06, head + struct.pack("<Q", len(packed)) + packed))
         index_offsets, indexed = b"", self._file.tell()
         for number in range(1, len(self._topics) + 1):

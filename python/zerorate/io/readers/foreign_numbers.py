@@ -8,8 +8,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-_FORTRAN: Final = re.compile(rb"(?<=[0-9.])[dD](?=[+-]?[0-9]{1,3}(?![0-9A-Za-z_.]))")
-_FORTRAN_CELL: Final = re.compile(rb"(?<![\w.])[+-]?[0-9]*\.[0-9]*[dD][+-]?[0-9]{1,3}(?![\w.])")
+_FORTRAN: Final = re.compile(rb"((?<![\w.])[+-]?[0-9]*\.[0-9]*)[dD](?=[+-]?[0-9]{1,3}(?![\w.]))")
 _HEXADECIMAL: Final = re.compile(rb"(?<![\w.])0[xX]([0-9A-Fa-f]{1,8})(?![\w.])")
 _SIGNED_DIGITS: Final = (4, 8)
 """Digits of numbers of 16 and 32 bits, whose highest bit is their sign."""
@@ -50,9 +49,9 @@ def _head(raw: bytes) -> bytes:
 
 
 def _fortran(raw: bytes) -> tuple[bytes, str]:
-    if not _FORTRAN_CELL.search(_head(raw)):
+    if not _FORTRAN.search(_head(raw)):
         return raw, ""
-    return _FORTRAN.sub(b"E", raw), "exponents are read as in Fortran: 1.0D-03 for 0.001"
+    return _FORTRAN.sub(rb"\1E", raw), "exponents are read as in Fortran: 1.0D-03 for 0.001"
 
 
 def _hexadecimal(raw: bytes) -> tuple[bytes, str]:
