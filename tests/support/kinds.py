@@ -548,6 +548,7 @@ def numbers() -> Iterator[Kind]:
         gyro = 25.0 * truth(seed)[0].round(2)
         gyro[seed : seed + 40] += 1500.0
         t = [f"{950 + i / 100:,.2f}" for i in range(N)]
+        t_plain = [950 + round(i / 100, 2) for i in range(N)]
         told = {"said": ("between thousands",), "to": 1e-3}
         cells = [t, *([f"{v:,.4f}" for v in axis] for axis in gyro.T)]
         quoted = [[f'"{cell}"' for cell in own] for own in cells]
@@ -559,6 +560,10 @@ def numbers() -> Iterator[Kind]:
                 yield Kind(f"{mark!r} by {sep!r}", text.replace(",", mark), gyro, **told)
             german = text.translate(str.maketrans(",.", ".,"))
             yield Kind(f"points by {sep!r} {seed}", german, gyro, **told)
+        plain = "remark; of a\tlog\n" + head + rows(t_plain, np.abs(gyro[:, :2]), gyro[:, 2])
+        yield Kind(
+            f"commas alone {seed}", plain, np.column_stack([np.abs(gyro[:, :2]), gyro[:, 2]])
+        )
         commas = [[f'"{cell}"'.replace(".", ",") for cell in own] for own in cells]
         commas = [[cell.replace(",", "", cell.count(",") - 1) for cell in own] for own in commas]
         said = {"said": ("decimal points",), "to": 1e-3}

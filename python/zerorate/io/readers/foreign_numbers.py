@@ -12,19 +12,11 @@ _FORTRAN: Final = re.compile(rb"((?<![\w.])[+-]?[0-9]*\.[0-9]*)[dD](?=[+-]?[0-9]
 _HEXADECIMAL: Final = re.compile(rb"(?<![\w.])0[xX]([0-9A-Fa-f]{1,8})(?![\w.])")
 _SIGNED_DIGITS: Final = (4, 8)
 """Digits of numbers of 16 and 32 bits, whose highest bit is their sign."""
-_SPACE_MARKS: Final = tuple(mark.encode() for mark in ("'", "\u2019", "\u202f", "\u00a0"))
-_SPACE: Final = b"(?:" + b"|".join(_SPACE_MARKS) + b")"
-_SPACES: Final = re.compile(rb"(?<=[0-9])" + _SPACE + rb"(?=[0-9]{3}(?![0-9]))")
-_SPACED: Final = re.compile(rb"(?<![\w.])[+-]?[0-9]{1,3}(?:" + _SPACE + rb"[0-9]{3})+(?![\w])")
-_GROUPED: Final = {
-    b",": re.compile(rb"(?<![\w.,])[+-]?[0-9]{1,3}(?:,[0-9]{3})+\.[0-9]"),
-    b".": re.compile(rb"(?<![\w.,])[+-]?[0-9]{1,3}(?:\.[0-9]{3})+,[0-9]"),
-}
-"""A number with marks between thousands and the other mark before its decimals."""
-_THOUSANDS: Final = {
-    b",": re.compile(rb"(?<=[0-9]),(?=[0-9]{3}(?![0-9]))"),
-    b".": re.compile(rb"(?<=[0-9])\.(?=[0-9]{3}(?![0-9]))"),
-}
+_POINTS: Final = {b",": b"[.]", b".": b"[,]"}
+"""Marks between thousands that may be those of decimals, each with the other one."""
+_SPACES: Final = dict.fromkeys([m.encode() for m in ("'", "\u2019", "\u202f", "\u00a0")], b"[.,]")
+"""Marks between thousands that are nothing else."""
+_DELIMITERS: Final = (b";", b"\t", b"|")
 _QUOTED: Final = re.compile(rb'"([+-]?[0-9][0-9,]*(?:\.[0-9]*)?)"')
 _COMMA_IN_QUOTES: Final = re.compile(rb'"[+-]?[0-9]+,[0-9.,]+"')
 _QUOTED_THOUSANDS: Final = re.compile(rb"[+-]?[1-9][0-9]{0,2}(?:,[0-9]{3})+(?:\.[0-9]*)?")
@@ -36,11 +28,10 @@ _LINES: Final = 40
 def plain_numbers(raw: bytes) -> tuple[bytes, list[str]]:
     """Return a text with plain numbers, and notes on what was rewritten; lines stay in place."""
     notes: list[str] = []
-    for rewritten, note in (_fortran(raw), _hexadecimal(raw)):
-        if note:
-            raw, notes = rewritten, [*notes, note]
-    rewritten, note = _thousands(raw)
-    return (rewritten, [*notes, note]) if note else (raw, notes)
+    for rewrite in (_fortran, _hexadecimal, _thousands):
+        raw, note = rewrite(raw)
+        notes += [note] if note else []
+    return raw, notes
 
 
 def _head(raw: bytes) -> bytes:
@@ -70,16 +61,24 @@ def _whole(digits: bytes) -> int:
 
 
 def _thousands(raw: bytes) -> tuple[bytes, str]:
-    """Return a text without marks between thousands."""
-    if any(mark in raw for mark in _SPACE_MARKS) and _SPACED.search(raw):
-        return _SPACES.sub(b"", raw), "spaces and apostrophes between thousands are left out"
-    head = _head(raw)
-    if (b";" in head or b"\t" in head) and b"," in raw and b"." in raw:
-        for mark, grouped in _GROUPED.items():
-            if grouped.search(raw):
-                name = "commas" if mark == b"," else "points"
-                return _THOUSANDS[mark].sub(b"", raw), f"{name} between thousands are left out"
-    return _quoted_commas(raw) if b'"' in head else (raw, "")
+    """Return a text without marks between thousands, where it is sure that they are such."""
+    lines = _head(raw).splitlines() or [b""]
+    delimiter = next((mark for mark in _DELIMITERS if mark in lines[-1]), None)
+    if delimiter is None:
+        return _quoted_commas(raw) if b'"' in b"".join(lines) else (raw, "")
+    for mark, points in (_POINTS | _SPACES).items():
+        if mark not in raw or not re.search(points, raw):
+            continue
+        begin = rb'(?m)(?:^|(?<=[ "' + delimiter + rb"]))[+-]?[0-9]{1,3}(?:" + re.escape(mark)
+        decimals, end = rb"(?:" + points + rb"[0-9]+)", rb'(?=[ "]*(?:\r?$|' + re.escape(delimiter)
+        sure, any_cell = (
+            re.compile(begin + rb"[0-9]{3})+" + decimals + count + end + rb"))")
+            for count in (b"" if mark in _POINTS else b"?", b"?")
+        )
+        if sure.search(raw):
+            plain = any_cell.sub(lambda found: found[0].replace(mark, b""), raw)  # noqa: B023
+            return plain, f"marks between thousands are left out: {mark.decode()!r}"
+    return raw, ""
 
 
 def _quoted_commas(raw: bytes) -> tuple[bytes, str]:
@@ -88,7 +87,7 @@ def _quoted_commas(raw: bytes) -> tuple[bytes, str]:
         return raw, ""
     cells = [found[1] for found in _QUOTED.finditer(raw) if b"," in found[1]]
     if all(map(_QUOTED_THOUSANDS.fullmatch, cells)) and any(b"." in cell for cell in cells):
-        plain, note = b"", "commas between thousands are left out"
+        plain, note = b"", "marks between thousands are left out: ','"
     elif all(map(_QUOTED_DECIMALS.fullmatch, cells)) and not all(
         map(_QUOTED_THOUSANDS.fullmatch, cells)
     ):
