@@ -3,7 +3,6 @@
 import json
 import math
 import os
-import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -278,23 +277,6 @@ _INFLATED_VARIANCES: Final = (
 )
 _PX4_FLOAT: Final = 9
 """MAV_PARAM_TYPE_REAL32."""
-
-
-def read_kalibr(text: str, quantity: str) -> "NoiseModel | None":
-    """Return the model of a sensor in an ``imu.yaml`` of Kalibr, None if it holds none.
-
-    Its densities are those of continuous time; all other coefficients are unknown.
-    """
-    from zerorate.noise.model import NoiseModel
-
-    of: Quantity = "acceleration" if quantity == "acceleration" else "angular rate"
-    names = _KALIBR.accelerometer if of == "acceleration" else _KALIBR.gyro
-    found = [re.search(rf"(?m)^[ \t]*{name}[ \t]*:[ \t]*([-+.\deE]+)", text) for name in names]
-    white, walk = (None if match is None else float(match[1]) for match in found)
-    if white is None and walk is None:
-        return None
-    return NoiseModel(white, rate_random_walk=walk, quantity=of)
-
 
 _configuration_export = partial(
     document_export,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -37,7 +38,7 @@ from zerorate.navigation.track import Track, explain_no_start
 from zerorate.navigation.tracks import write_geojson, write_gpx
 from zerorate.navigation.wheels import Wheels
 from zerorate.noise import NoiseModel, worst_axis
-from zerorate.noise.exports import read_kalibr
+from zerorate.noise.quantities import Quantity
 from zerorate.progress import Progress, choose_reporter
 from zerorate.record.fixes import Fixes
 from zerorate.record.log import Log, LogError
@@ -453,7 +454,7 @@ def _load_noise_models(
 def _load_noise_model(path: Path, quantity: str) -> NoiseModel:
     """Return the model in a file, or the worst axis of those of a quantity in one of several."""
     text = read_regular_text(path)
-    if (model := read_kalibr(text, quantity)) is not None:
+    if (model := _read_kalibr(text, quantity)) is not None:
         return model
     try:
         content = json.loads(text)
@@ -473,6 +474,21 @@ def _load_noise_model(path: Path, quantity: str) -> NoiseModel:
     except ValueError as error:
         text = str(error)
         raise LogError(text if text.startswith(str(path)) else f"{path}: {text}") from None
+
+
+def _read_kalibr(text: str, quantity: str) -> NoiseModel | None:
+    """Return the model of a sensor in an ``imu.yaml`` of Kalibr, None if it holds none.
+
+    Its densities are those of continuous time; all other coefficients are unknown.
+    """
+    of: Quantity = "acceleration" if quantity == "acceleration" else "angular rate"
+    sensor = "accelerometer" if of == "acceleration" else "gyroscope"
+    names = (f"{sensor}_noise_density", f"{sensor}_random_walk")
+    found = [re.search(rf"(?m)^[ \t]*{name}[ \t]*:[ \t]*([-+.\deE]+)", text) for name in names]
+    white, walk = (None if match is None else float(match[1]) for match in found)
+    if white is None and walk is None:
+        return None
+    return NoiseModel(white, rate_random_walk=walk, quantity=of)
 
 
 def _load_truth(reference: Poses | Fixes | PathLike, offset: float) -> Poses | Fixes:
