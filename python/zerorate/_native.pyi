@@ -121,6 +121,7 @@ __all__ = [
     "ImuCorrector",
     "LinearKalman",
     "MotionDetector",
+    "NavigationBank",
     "NavigationFilter",
     "NavigationRecord",
     "PositionFilter",
@@ -1083,6 +1084,112 @@ class FootFilter(_Stream, Generic[_Number, _Flag]):
     def rate(self) -> float: ...
 
 @final
+class NavigationBank(_Stream):
+    def __new__(
+        cls,
+        start: Alignment,
+        *,
+        gyro: NoiseModel | Sequence[NoiseModel] | None = None,
+        accel: NoiseModel | Sequence[NoiseModel] | None = None,
+        gyro_vibration: float = 0.0,
+        antenna: npt.ArrayLike = (0.0, 0.0, 0.0),
+        antenna_sigma: npt.ArrayLike = 0.0,
+        consider_antenna: bool = False,
+        vehicle: Literal["wheeled"] | None = None,
+        axle: npt.ArrayLike | None = None,
+        wheel_sigma: float | None = None,
+        speed_sigma: float | None = None,
+        gate: float = 50.0,
+        adapt: Literal["inflate", "free", "fixed"] = "inflate",
+        covariance_step: float = 0.1,
+        kind: Literal["rate", "increment"] = "rate",
+    ) -> Self: ...
+    def update(
+        self,
+        t: float,
+        gyro: npt.ArrayLike | None,
+        accel: npt.ArrayLike | None,
+        rest: bool = False,
+    ) -> _Navigating: ...
+    def update_gnss(
+        self,
+        t: float,
+        position: npt.ArrayLike | None,
+        velocity: npt.ArrayLike | None = None,
+        position_sigma: npt.ArrayLike = 2.0,
+        velocity_sigma: npt.ArrayLike = 0.1,
+    ) -> Literal["used", "rejected", "refused"]: ...
+    def update_wheels(self, t: float, speed: float | None, sigma: float | None = None) -> bool: ...
+    def process(
+        self,
+        imu: Recording,
+        gnss: Fixes | None = None,
+        *,
+        rest: npt.ArrayLike | None = None,
+        wheel_speed: npt.ArrayLike | Wheels | None = None,
+        time_offset: float | TimeOffset = 0.0,
+        keep: Literal["track"] = "track",
+    ) -> Track: ...
+    def process_arrays(
+        self,
+        time: npt.ArrayLike,
+        gyro: npt.ArrayLike,
+        accel: npt.ArrayLike,
+        fixes: npt.ArrayLike,
+        rest: npt.ArrayLike | None = None,
+        record: Literal[False] = False,
+        wheel_speed: npt.ArrayLike | None = None,
+    ) -> tuple[dict[str, Any], None]: ...
+    @property
+    def channels(self) -> int | None: ...
+    @staticmethod
+    def from_bytes(b: bytes) -> NavigationBank: ...
+    @property
+    def position(self) -> _Floats: ...
+    @property
+    def velocity(self) -> _Floats: ...
+    @property
+    def quaternion(self) -> _Floats: ...
+    @property
+    def gyro_bias(self) -> _Floats: ...
+    @property
+    def accel_bias(self) -> _Floats: ...
+    @property
+    def sigma(self) -> _Floats: ...
+    @property
+    def covariance(self) -> _Floats: ...
+    @property
+    def wheel_constants(self) -> _Floats: ...
+    @property
+    def wheel_constants_sigma(self) -> _Floats: ...
+    @property
+    def nis(self) -> _Floats: ...
+    @property
+    def learned_sigma(self) -> _Floats: ...
+    @property
+    def status(self) -> _Navigating: ...
+    @property
+    def antenna(self) -> _Floats: ...
+    @property
+    def antenna_sigma(self) -> _Floats: ...
+    @property
+    def time(self) -> float: ...
+    @property
+    def samples_seen(self) -> int: ...
+    @property
+    def fix_count(self) -> dict[str, int]: ...
+    @property
+    def rejected_count(self) -> dict[str, int]: ...
+    @property
+    def move_count(self) -> int: ...
+    @property
+    def last_move(self) -> tuple[float, float] | None: ...
+    @property
+    def weights(self) -> _Floats: ...
+    @property
+    def noise_factors(self) -> _Floats: ...
+
+@final
 class NavigationFilter(_Stream):
     def __new__(
         cls,
@@ -1090,6 +1197,7 @@ class NavigationFilter(_Stream):
         *,
         gyro: NoiseModel | Sequence[NoiseModel] | None = None,
         accel: NoiseModel | Sequence[NoiseModel] | None = None,
+        gyro_vibration: float = 0.0,
         antenna: npt.ArrayLike = (0.0, 0.0, 0.0),
         antenna_sigma: npt.ArrayLike = 0.0,
         consider_antenna: bool = False,
@@ -1412,7 +1520,10 @@ def dataflash_index(
     raw: npt.NDArray[np.uint8],
 ) -> tuple[list[tuple[int, bytes, bytes, bytes, int, npt.NDArray[np.uint64]]], int, int]: ...
 def read_mcap(
-    raw: npt.NDArray[np.uint8], wanted: Sequence[int], limit: int
+    raw: npt.NDArray[np.uint8],
+    wanted: Sequence[int],
+    limit: int,
+    kept: Sequence[tuple[int, int]],
 ) -> tuple[
     str,
     list[tuple[int, str, str, str, str, bytes]],

@@ -150,8 +150,10 @@ class TestMotion:
         rng = np.random.default_rng(2)
         gyro = np.cumsum(rng.standard_normal((6000, 3)), axis=0)
         accel = 0.2 * rng.standard_normal((6000, 3)) + [0, 0, 1]
-        told = r"1 of 3 rests and 0 turns .*: hold it still for .*; left out: 2 rests \(turning\)"
-        with pytest.raises(zr.calibration.CalibrationError, match=told):
+        message = (
+            r"1 of 3 rests and 0 turns .*: hold it still for .*; left out: 2 rests \(turning\)"
+        )
+        with pytest.raises(zr.calibration.CalibrationError, match=message):
             zr.calibration.calibrate(_recording(gyro, accel))
 
 
@@ -211,8 +213,8 @@ class TestSaturation:
         one = zr.simulation.simulate_session(
             20, seed=5, gyro=zr.simulation.GyroErrors(range=40 * DEG)
         )
-        told = r"4 and 6: rotate more slowly, or set a larger range .*: 1\d turns \(saturated\)"
-        with pytest.raises(zr.calibration.CalibrationError, match=told) as refusal:
+        message = r"4 and 6: rotate more slowly, or set a larger range .*: 1\d turns \(saturated\)"
+        with pytest.raises(zr.calibration.CalibrationError, match=message) as refusal:
             zr.calibration.calibrate(one.recording)
         assert str(refusal.value).count("saturated") == 1
 
@@ -282,8 +284,8 @@ class TestAxes:
 
     def test_the_axes_told_make_it_valid(self):
         gyro = session().recording.gyro.data[:, [1, 2, 0]]
-        told = zr.calibration.calibrate(with_data(session().recording, gyro)).problems[0]
-        named = told.partition("if (")[2].partition(")")[0].split(", ")
+        message = zr.calibration.calibrate(with_data(session().recording, gyro)).problems[0]
+        named = message.partition("if (")[2].partition(")")[0].split(", ")
         again = gyro[:, ["xyz".index(name) for name in named]]
         found = zr.calibration.calibrate(with_data(session().recording, again))
         assert found.valid
@@ -311,7 +313,7 @@ class TestAxes:
 
 class TestUnits:
     @pytest.mark.parametrize(
-        ("factor", "unit", "told"),
+        ("factor", "unit", "message"),
         [
             (1.0, "m/s^2", r"shows 0.999 m/s\^2 at rest, which is not gravity, .*; it fits 'g'"),
             (9.80665, "g", r"shows 9.796 g at rest, .*; it fits 'm/s\^2'"),
@@ -319,9 +321,9 @@ class TestUnits:
             (16384.0, "g", "if these are raw counts, read them without a unit"),
         ],
     )
-    def test_an_accelerometer_that_does_not_show_gravity(self, factor, unit, told):
+    def test_an_accelerometer_that_does_not_show_gravity(self, factor, unit, message):
         recording = session().recording
-        with pytest.raises(zr.LogError, match=told):
+        with pytest.raises(zr.LogError, match=message):
             zr.calibration.calibrate(
                 with_data(recording, accel=recording.accel.data * factor, accel_unit=unit)
             )
@@ -375,7 +377,7 @@ class TestArguments:
             zr.calibration.calibrate(gyro=recording.gyro)
 
     @pytest.mark.parametrize(
-        ("arguments", "error", "told"),
+        ("arguments", "error", "message"),
         [
             ({"gravity": 1.0}, ValueError, r"m/s\^2, 9.7 to 9.9, got 1"),
             ({"frame": "y"}, ValueError, "frame must be 'x', 'z' or 'symmetric', got 'y'"),
@@ -392,8 +394,8 @@ class TestArguments:
             ({"rests": [(900.0, 905.0)]}, ValueError, "a sensor has no samples"),
         ],
     )
-    def test_what_is_not_as_described(self, arguments, error, told):
-        with pytest.raises(error, match=told):
+    def test_what_is_not_as_described(self, arguments, error, message):
+        with pytest.raises(error, match=message):
             zr.calibration.calibrate(session().recording, **arguments)
 
     def test_no_recording(self):

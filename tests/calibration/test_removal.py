@@ -167,7 +167,7 @@ class TestLogs:
         recording, _, force = recorded(made)
         np.testing.assert_allclose(made.apply(recording.accel).data, force, **EXACT)
         assert made.apply(recording.gyro).unit == "rad/s"
-        with pytest.raises(LogError, match=r"neither unit \(unit\) nor names \(a, b, c\) say"):
+        with pytest.raises(LogError, match=r"neither unit \(unit\) nor names \(a, b, c\) show"):
             made.apply(replace(recording.gyro, names=list("abc")))
 
     def test_a_missing_sample_is_missing(self):
@@ -224,8 +224,8 @@ class TestInvalid:
         gyro = recording.gyro.names
         made = replace(calibration(), origin=Origin("turns.csv", gyro, ("ax", "ay", "az")))
         found = made.apply(recording)
-        told = "the calibration was made of ax, ay, az, and is applied to accel_"
-        assert any(note.startswith(told) for note in found.accel.meta["notes"])
+        message = "the calibration was made of ax, ay, az, and is applied to accel_"
+        assert any(note.startswith(message) for note in found.accel.meta["notes"])
         assert not any("made of" in note for note in found.gyro.meta["notes"])
 
     def test_its_own_sensors_are_found_among_several(self):

@@ -282,13 +282,13 @@ def test_a_rate_that_the_stamps_contradict_is_told():
     """One per cent of the rate is one per cent of every turn."""
     motion = zr.simulate_motion("hand", 100.0, 30.0, seed=2)
     wrong, right = stamped(motion, 99.2, rate=100.0), stamped(motion, 99.2)
-    (told,) = zr.check(wrong, scale_errors=False).alarms
-    assert told == (
+    (message,) = zr.check(wrong, scale_errors=False).alarms
+    assert message == (
         "the gyro's rate is stated as 100 Hz, its stamps run at 99.2: every turn comes out 0.8 % "
         "too small; omit the rate to use that of the stamps"
     )
-    assert told in zr.check(wrong, scale_errors=False).table()
-    assert json.loads(zr.check(wrong, scale_errors=False).to_json())["clock"] == told
+    assert message in zr.check(wrong, scale_errors=False).table()
+    assert json.loads(zr.check(wrong, scale_errors=False).to_json())["clock"] == message
     assert "0.8 % too small; omit the rate" in str(zr.estimate_attitude(wrong).notes)
     assert zr.check(right, scale_errors=False).alarms == ()
     assert right.gyro.rate == pytest.approx(99.2, rel=1e-6)

@@ -196,8 +196,10 @@ def test_a_mounting_is_read_typed_and_left_alone(cli, gnss, out, tmp_path):
     plain = ("--no-figure", "--force", "-o")
     code, text, _ = cli(log, gnss, *plain, out / "a.npz")
     assert code == 0
-    told = "mounting, antenna and time offset by the metadata of imu.parquet (antenna 0.5, 0, -1 m"
-    assert told in one_line(text)
+    message = (
+        "mounting, antenna and time offset by the metadata of imu.parquet (antenna 0.5, 0, -1 m"
+    )
+    assert message in one_line(text)
     assert "time offset 0.02 s)" in one_line(text)
     typed = ",".join(str(x) for x in TURN.T.ravel())
     other = write(tmp_path / "askew.csv", imu_columns(TURN))

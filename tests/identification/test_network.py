@@ -126,7 +126,7 @@ def test_the_longest_training():
     )
 
 
-@pytest.mark.parametrize(("z", "how", "told"), [
+@pytest.mark.parametrize(("z", "how", "message"), [
     (np.zeros(5), {"inputs": 0}, "inputs must be from 1 to 64, got 0"),
     (np.zeros(5), {"hidden": 9}, "hidden must be from 1 to 8, got 9"),
     (np.arange(1499.0), {}, "a network of 15 weights needs at least 1500 samples, got 1499"),
@@ -139,8 +139,8 @@ def test_the_longest_training():
     (1e200 * NOISY, {}, "too large or too small to be squared"),
     (np.zeros((9000, 2)), {}, "z must be one axis"),
 ])  # fmt: skip
-def test_refusals(z, how, told):
-    with pytest.raises(ValueError, match=told):
+def test_refusals(z, how, message):
+    with pytest.raises(ValueError, match=message):
         identification.fit_network(z, **how)
 
 

@@ -11,7 +11,7 @@ import zerorate as zr
 from support.bags import EPOCH, IMU, imu_message, values
 from zerorate.io import read_log
 from zerorate.io.readers.mcap_file import McapReader
-from zerorate.io.readers.ros import decode_cdr_imu, decode_cdr_imus
+from zerorate.io.readers.ros import decode_cdr_imu, read_cdr_imus
 from zerorate.record import LogError
 
 mcap_writer = pytest.importorskip("mcap.writer")
@@ -54,9 +54,11 @@ def test_messages_are_those_of_another_reader(tmp_path_factory, compression, opt
     assert found == sorted(expected, key=lambda message: message[1])
     rows = [decode_cdr_imu(raw) for topic, _, raw in found if topic == "/a"]
     wanted = [c for c in own.connections if c.topic == "/a"]
-    stamps, numbers = decode_cdr_imus(own.read(wanted), [13, 14, 15, 25, 26, 27])
-    assert stamps.tolist() == [seconds * 10**9 + rest for seconds, rest, *_ in rows]
-    np.testing.assert_array_equal(np.transpose(numbers), [row[2:] for row in rows])
+    got = read_cdr_imus(own, wanted)
+    assert got["seconds"].tolist() == [row[0] for row in rows]
+    assert got["nanoseconds"].tolist() == [row[1] for row in rows]
+    expected = np.array([row[2:] for row in rows]).reshape(-1, 6)
+    np.testing.assert_array_equal(np.hstack([got["gyro"], got["accel"]]), expected)
 
 
 def test_a_compression_that_nobody_knows_is_told(tmp_path):

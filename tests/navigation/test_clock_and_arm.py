@@ -135,6 +135,26 @@ def test_a_jump_of_the_clock_is_no_other_clock(seed, by, alone, kind):
     assert found.value == pytest.approx(-by, abs=0.8)
 
 
+@pytest.mark.parametrize("duration", [120.0, 150.0])
+@pytest.mark.parametrize("kind", ["car", "robot"])
+def test_a_jump_in_a_short_record_is_no_other_clock(kind, duration):
+    """Positions alone: the longest lines that one lag fits hide it; what is said is not wrong."""
+    said = {"jump": [], "other clock": []}
+    for seed in range(6):
+        receiver = COARSE if kind == "car" else FINE
+        drive = simulate_vehicle(kind, duration, seed=seed, **receiver)
+        for case, fixes in (
+            ("jump", jumped(drive.fixes, 3.0, alone=True)),
+            ("other clock", positions_alone(drive.fixes.shifted(3.0))),
+        ):
+            found = check_navigation(drive.recording(), fixes).mistakes
+            said[case] += [one.what for one in found if one.what in ("clock", "jump")]
+    assert said["jump"].count("jump") >= 4
+    assert said["jump"].count("clock") <= 1
+    assert "jump" not in said["other clock"]
+    assert said["other clock"].count("clock") >= 4
+
+
 def test_a_start_in_motion_that_loses_to_a_velocity_held_is_said():
     noise = {
         "gyro": zr.NoiseModel(angle_random_walk=3e-2),

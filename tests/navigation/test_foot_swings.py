@@ -46,7 +46,7 @@ def test_other_bodies_are_refused_or_noted(kind):
 
 def test_the_test_that_fails_most_is_named():
     _, rate, *samples = BODIES["other"](0, "phone", 100.0, SECONDS)
-    with pytest.raises(LogError, match=r"in \d+ % of its swings it does not stand between them"):
+    with pytest.raises(LogError, match=r"in \d+ % of its swings it does not stand between swings"):
         navigated(*samples, rate)
 
 

@@ -8,7 +8,7 @@ joined along their last axis.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, partial
 
 import numpy as np
@@ -821,6 +821,16 @@ STREAMS = {
         told=False,
     ),
 }
+STREAMS["navigation bank"] = replace(
+    STREAMS["navigation"],
+    kind=zr.navigation.NavigationBank,
+    make=alone(zr.navigation.NavigationBank),
+    examples={
+        "navigation-bank": {"start": LEVEL},
+        "navigation-bank-wheeled": STREAMS["navigation"].examples["navigation-wheeled"],
+    },
+    properties={**STREAMS["navigation"].properties, "weights": 0, "noise_factors": 0},
+)
 PROPERTIES = {stream.kind: list(stream.properties) for stream in STREAMS.values()}
 EXAMPLES = {
     name: (stream, arguments)

@@ -70,7 +70,7 @@ def test_reference_by_columns_poses_and_file(tmp_path):
         ({"magnetometer": "a.json", "mag": False}, "magnetometer= has no effect with mag=False"),
         ({"reference": "no.tum"}, "reference= names no.tum, which does not exist"),
         ({"reference": "a,b,c,d", "reference_offset": 1.0}, "reference_offset= acts on a file"),
-        ({"reference": "a,b,c,d"}, "reference= is for what is read"),
+        ({"reference": "a,b,c,d"}, "reference= applies to data that are read"),
         ({"reference_heading": "north"}, "reference_heading must be one of absolute, relative"),
         ({"kp": 2.0}, "kp has no effect on method 'auto', only on 'mahony'"),
         ({"unit": "deg/s"}, "unit= applies to data that are read: a Recording is used unchanged"),

@@ -73,12 +73,14 @@ def test_it_tells_what_was_left_out_by_channel():
     taken(some, ["wx,wy,wz", *lines_of(z)])
     alone = zr.DriftFilter(RATE, method="auto", limit=250.0, channels=3, output="estimate")
     alone.process(z)
-    told = list(some.sentences())
-    assert told[0] == "saturated, at or beyond the limit of 250, so missing: wz 3 of 2400 samples"
-    assert f"wx {alone.outlier_count[0]}" in told[1]
+    message = list(some.sentences())
+    assert (
+        message[0] == "saturated, at or beyond the limit of 250, so missing: wz 3 of 2400 samples"
+    )
+    assert f"wx {alone.outlier_count[0]}" in message[1]
     stuck = f"wy {alone.stuck_count[1]} of 2400 samples"
-    assert told[2] == f"left out because the sensor was stuck at one value: {stuck}"
-    assert list(LineStream.from_bytes(some.to_bytes()).sentences()) == told
+    assert message[2] == f"left out because the sensor was stuck at one value: {stuck}"
+    assert list(LineStream.from_bytes(some.to_bytes()).sentences()) == message
 
 
 def test_a_channel_without_a_name_is_called_by_its_column():
@@ -182,7 +184,7 @@ def test_comments_are_no_samples():
 
 
 @pytest.mark.parametrize(
-    ("line", "told"),
+    ("line", "message"),
     [
         ("1,x", "'x' is not a number"),
         ("1,1_0", "'1_0' is not a number"),
@@ -191,10 +193,10 @@ def test_comments_are_no_samples():
         ("", "it has 1 cells, expected 2"),
     ],
 )
-def test_a_garbled_line_is_a_missing_sample(line, told):
+def test_a_garbled_line_is_a_missing_sample(line, message):
     some, other = stream(), stream()
     taken(some, ["1,2", "2,1"])
-    with pytest.raises(LineError, match=told):
+    with pytest.raises(LineError, match=message):
         some.take(line)
     assert some.no_answer == "nan,nan"
     taken(other, ["1,2", "2,1", "nan,nan"])
@@ -202,7 +204,7 @@ def test_a_garbled_line_is_a_missing_sample(line, told):
 
 
 @pytest.mark.parametrize(
-    ("settings", "line", "told"),
+    ("settings", "line", "message"),
     [
         ({}, "", "it is empty, expected names or numbers"),
         ({}, "1,x", "names and numbers"),
@@ -219,9 +221,9 @@ def test_a_garbled_line_is_a_missing_sample(line, told):
         ({"sequence": 0}, "1", "only the sequence number"),
     ],
 )
-def test_a_first_line_that_is_refused(settings, line, told):
+def test_a_first_line_that_is_refused(settings, line, message):
     some = stream(**settings)
-    with pytest.raises(LineError, match=told):
+    with pytest.raises(LineError, match=message):
         some.take(line)
     assert not some.open
 
@@ -244,9 +246,9 @@ def test_other_columns_end_the_stream():
 def test_garbled_words_do_not_end_the_stream(line):
     some = stream()
     taken(some, ["wx,wy", "1,2"])
-    with pytest.raises(LineError) as told:
+    with pytest.raises(LineError) as message:
         some.take(line)
-    assert told.type is LineError
+    assert message.type is LineError
     assert some.samples == 2
 
 
@@ -393,7 +395,7 @@ def test_a_header_is_known_after_a_restart():
 
 
 @pytest.mark.parametrize(
-    ("changed", "told"),
+    ("changed", "message"),
     [
         ({"rate": 200.0}, "rate=100, now it is 200"),
         ({"method": "kf"}, "method=auto, now it is kf"),
@@ -413,10 +415,10 @@ def test_a_header_is_known_after_a_restart():
         ({"method": "kf", "adapt_for": None}, "adapt_for=120, now it is none"),
     ],
 )
-def test_other_settings_are_refused(changed, told):
+def test_other_settings_are_refused(changed, message):
     some = stream() if len(changed) == 1 else stream(method="kf")
     some.take("1,2")
-    with pytest.raises(SettingsError, match=told):
+    with pytest.raises(SettingsError, match=message):
         LineStream.from_bytes(some.to_bytes(), Settings(**{"rate": RATE, **changed}))
 
 

@@ -464,8 +464,8 @@ class TestLimitsOfRest:
 
     @pytest.mark.parametrize("name", ["rest_limit", "bias_limit"])
     def test_a_limit_without_effect_is_refused(self, name):
-        told = f"{name} has no effect on motion 'ignore', only on 'hold'"
-        with pytest.raises(ValueError, match=told):
+        message = f"{name} has no effect on motion 'ignore', only on 'hold'"
+        with pytest.raises(ValueError, match=message):
             run_filters(make_log(noise(50)), motion="ignore", **{name: 3.0})
 
 
@@ -608,7 +608,7 @@ class TestTextOfAuto:
 
     def test_no_rest_at_all_is_told(self, auto):
         notes = " ".join(format_notes(moved(auto, status="no rest yet")).split())
-        assert "gyro_0: no rest was found, so no bias is known" in notes
+        assert "gyro_0: no rest was found, so the bias is unknown" in notes
 
     def test_a_short_record_has_dashes(self):
         rows = format_learned(run_filters(make_log(noise(20, 1)))).split("\n")

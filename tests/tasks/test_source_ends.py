@@ -61,14 +61,14 @@ def test_a_line_that_the_end_cuts_is_missing(seed, capsys):
     whole = text[:cut].count("\n")
     torn = not text[:cut].endswith("\n")
     with sending(lambda port: port.sendall(text[:cut].encode())) as address:
-        code, answers, told = streamed(f"tcp:{address}", capsys)
+        code, answers, message = streamed(f"tcp:{address}", capsys)
     assert len(answers) == whole + torn
     assert code == torn
-    assert ("within a line" in told) == torn
-    assert "closed by the server" in told
+    assert ("within a line" in message) == torn
+    assert "closed by the server" in message
     if torn:
         assert answers[-1] == "nan,nan,nan"
-        assert "garbled lines: 1" in told
+        assert "garbled lines: 1" in message
 
 
 def test_a_connection_that_is_reset_is_torn(capsys):
@@ -78,10 +78,10 @@ def test_a_connection_that_is_reset_is_torn(capsys):
         port.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
 
     with sending(send) as address:
-        code, answers, told = streamed(f"tcp:{address}", capsys)
+        code, answers, message = streamed(f"tcp:{address}", capsys)
     assert code == 1
     assert answers[-1] == "nan,nan,nan"
-    assert "torn: Connection reset by peer, within a line" in told
+    assert "torn: Connection reset by peer, within a line" in message
 
 
 @pytest.mark.parametrize("kind", ["closed", "torn", "large"])
@@ -100,13 +100,13 @@ def test_the_end_of_a_websocket_is_told(kind, capsys, monkeypatch):
         thread = threading.Thread(target=server.serve_forever)
         thread.start()
         number = server.socket.getsockname()[1]
-        code, answers, told = streamed(f"ws://127.0.0.1:{number}/", capsys)
+        code, answers, message = streamed(f"ws://127.0.0.1:{number}/", capsys)
         server.shutdown()
         thread.join()
     assert len(answers) == 1
     assert code == (kind != "closed")
     said = {"closed": "closed by the server", "torn": "torn: ", "large": "limit: a message has"}
-    assert said[kind] in told
+    assert said[kind] in message
 
 
 def pushed(number, body, *, length=None, host=None, **headers):
@@ -207,9 +207,9 @@ def test_those_who_may_send(allow, peer, admitted):
 @pytest.mark.parametrize("host", ["0.0.0.0", "[::]"])
 def test_an_address_that_others_reach_needs_a_word(kind, host, capsys):
     assert run(["stream", *RATE, "--from", f"{kind}:{host}:0"]) == 2
-    told = capsys.readouterr().err
-    assert "listens at an address of this machine alone" in told
-    assert "--allow ADDRESS" in told
+    message = capsys.readouterr().err
+    assert "listens at an address of this machine alone" in message
+    assert "--allow ADDRESS" in message
     with live_source(f"{kind}:0.0.0.0:0", None, Access.of("192.168.1.0/24")):
         pass
 
@@ -225,9 +225,9 @@ def test_an_address_that_others_reach_needs_a_word(kind, host, capsys):
 )  # fmt: skip
 def test_addresses_of_any_kind_are_a_sentence(address, capsys):
     assert run(["stream", *RATE, "--from", address]) in (1, 2)
-    told = capsys.readouterr().err
-    assert told.startswith("zerorate: ")
-    assert "ZERORATE_TRACEBACK" not in told
+    message = capsys.readouterr().err
+    assert message.startswith("zerorate: ")
+    assert "ZERORATE_TRACEBACK" not in message
 
 
 def test_the_queue_is_bounded_by_bytes():
@@ -274,8 +274,8 @@ def test_datagrams_that_find_no_room_are_dropped_and_told(monkeypatch, seed):
         whole = b"".join(kept)
         assert source.read(len(whole)) == whole
     dropped = len(sent) - len(kept)
-    told = f"{dropped} datagrams were dropped: the filter is slower than the source"
-    assert list(ending.sentences()) == [told]
+    message = f"{dropped} datagrams were dropped: the filter is slower than the source"
+    assert list(ending.sentences()) == [message]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="others do not count them")
@@ -299,8 +299,8 @@ def test_datagrams_that_the_system_drops_are_counted(seed):
         sender.sendto(b"last", port.getsockname())
         assert received.receive(1 << 16)[0] == b"last"
         assert received.dropped_count == sent - found > 0
-        (told,) = received.sentences()
-        assert told.startswith(f"{sent - found} datagrams were dropped by the system")
+        (message,) = received.sentences()
+        assert message.startswith(f"{sent - found} datagrams were dropped by the system")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="others do not say so")
@@ -404,12 +404,12 @@ def test_a_signal_ends_every_source_at_once(kind, number):
 def test_a_last_number_that_stdin_cuts_is_missing(cut):
     text = "".join(f"{n / 7:.4f},{n / 3:.4f}\n" for n in range(20, 40))
     given = text[: len(text) - 1 - cut]
-    code, answers, told = called("stream", *RATE, given=given)
+    code, answers, message = called("stream", *RATE, given=given)
     assert code == 0
     assert len(answers.splitlines()) == 20
     whole = cut == 0
     assert (answers.splitlines()[-1] != "nan,nan") == whole
-    assert ("garbled lines: 1" in told) != whole
+    assert ("garbled lines: 1" in message) != whole
 
 
 @pytest.mark.parametrize("waits", ["to connect", "for notices", "to leave"])

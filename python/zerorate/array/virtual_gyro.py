@@ -124,7 +124,7 @@ def weigh(
     seconds : float
         Length of the record less what is missing, s.
     horizon, weights
-        As of `AllanCovariance.virtual_gyro`.
+        As in `AllanCovariance.virtual_gyro`.
     names : sequence of str, length N
         What messages call the gyros.
     """

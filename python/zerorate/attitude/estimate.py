@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Final, TypeAlias, cast
+from typing import Any, ClassVar, Final, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,7 @@ from zerorate.attitude.options import ATTITUDE_METHODS
 from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.geometry.frames import FRAMES, Frame, from_enu, in_enu
 from zerorate.geometry.rotations import about_z, euler_angles, product
+from zerorate.geometry.scipy_rotation import Oriented
 from zerorate.metrics.orientation import (
     Heading,
     OrientationErrors,
@@ -28,7 +29,7 @@ from zerorate.record import Log, LogError, Poses, Recording
 from zerorate.record.log import FORWARD_RIGHT_DOWN
 from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats, Integers
-from zerorate.views import Result
+from zerorate.views import OneArray, Result
 
 METHODS: Final = ATTITUDE_METHODS
 """Methods of `zerorate.Attitude`."""
@@ -50,7 +51,7 @@ _MOMENT_FIELDS: Final = ("gyro_matrix", "gyro_matrix_sigma")
 
 
 @dataclass(frozen=True, eq=False)
-class AttitudeEstimate(Result):
+class AttitudeEstimate(Oriented, OneArray, Result):
     """Attitude of a body over a recording of n samples, as `zerorate.estimate_attitude` returns it.
 
     Parameters
@@ -104,6 +105,8 @@ class AttitudeEstimate(Result):
     (2000, (2000, 3), True)
     """
 
+    _array_field: ClassVar[str] = "quaternion"
+
     time: Floats
     rate: float
     quaternion: Floats
@@ -143,13 +146,6 @@ class AttitudeEstimate(Result):
         return euler_angles(self.quaternion)
 
     @property
-    def rotation(self) -> Any:  # noqa: ANN401
-        """The orientations as a ``scipy.spatial.transform.Rotation``."""
-        from scipy.spatial.transform import Rotation
-
-        return Rotation.from_quat(self.quaternion, scalar_first=True)
-
-    @property
     def gyro_matrix(self) -> Floats:
         """M in ``rate = M (gyro - bias)`` as it was known at the end, shape (3, 3)."""
         last: Floats = self.gyro_matrices[-1]
@@ -171,7 +167,7 @@ class AttitudeEstimate(Result):
         where : array_like of bool, shape (n,), optional
             The samples that count, ``~estimate.at_rest`` for those in motion; by default all.
         heading : {"absolute", "relative", "aligned"}, optional
-            As of `zerorate.metrics.orientation_errors`; default `compared_heading`.
+            As in `zerorate.metrics.orientation_errors`; default `compared_heading`.
 
         Raises
         ------
@@ -190,7 +186,7 @@ class AttitudeEstimate(Result):
         Raises
         ------
         ValueError
-            As of `errors`.
+            As in `errors`.
         """
         if self.reference is None:
             raise ValueError("there is no offset: the recording has no true orientation")
@@ -262,21 +258,21 @@ def attitude_of(
 
     Nothing is checked or corrected: `zerorate.estimate_attitude` does that first. The clock of the
     gyro is used. A sample of another sensor with its own clock is processed with the first gyro
-    sample that is not earlier; lost samples are missing, and the time goes on.
+    sample that is not earlier. Lost samples are treated as missing.
 
     Parameters
     ----------
     recording : Recording
-        With a gyro and an accelerometer of three axes and of known units, and maybe a magnetometer
-        in any unit. A reference of four channels w, x, y, z is the true orientation, from sensor to
-        earth; the estimate then has errors.
+        With a gyro and an accelerometer of three axes and known units, and optionally a
+        magnetometer in any unit. A reference of four channels w, x, y, z is the true orientation,
+        from sensor to earth; the estimate's errors are then computed.
     frame : {"enu", "ned", "nwu"}
         Axes of the earth: east, north and up; north, east and down; north, west and up. North is
         the magnetic one, unless `declination` is given. Default "enu", or "ned" if the gyro's log
         states that its axes point forward, right and down, such as a PX4's: a level body has then
         no roll.
     method : str
-        Of `zerorate.Attitude`. Default "auto", which needs no settings.
+        A method of `zerorate.Attitude`. Default "auto", which needs no settings.
     offline : bool
         Use the whole recording for each sample, later ones too. Default no.
     mag : bool
@@ -286,16 +282,15 @@ def attitude_of(
         Angle of magnetic north east of true north, rad, from a model of the field for the place:
         the orientation is then relative to true north. Default 0.
     gyro, accel : str
-        Names of the sensors, of several: ``"gyro_1"`` and so on; default the first, and the
-        accelerometer of its device.
+        Names of the sensors if there are several, such as ``"gyro_1"``. Default: the first gyro and
+        the accelerometer of its device.
     reference : Poses, optional
         The true orientation on the clock of the gyro, such as a camera's, instead of the
         recording's own: it has its own north, and headings are aligned.
     reference_frame : {"enu", "ned", "nwu"}, optional
         Earth axes of the reference; default `frame`.
     progress : callable, optional
-        Called with a step's name and the fraction done.
-        By default a bar in a notebook.
+        Called with a step's name and the fraction done. Default: a progress bar in a notebook.
     **constants
         Further arguments of `zerorate.Attitude`, such as those of its named methods.
 
@@ -327,7 +322,7 @@ def attitude_of(
     requested_frame, frame = frame, frame or _default_frame(samples.log)
     uses_mag = samples.mag is not None
     _check_declination(declination, uses_mag)
-    # The filter refuses what it does not know.
+    # The filter refuses unknown names.
     settings: Any = {"mag": uses_mag, "frame": frame, "method": method, **constants}
     filter_: Any = Attitude(samples.log.rate, **settings)
     report = choose_reporter(progress)

@@ -99,7 +99,7 @@ def event_notes(events: EventBits, at_rest: Booleans, time: Floats, rate: float)
     time : ndarray, shape (n,)
         Of the samples, s.
     rate : float
-        Samples a second, Hz.
+        Samples per second, Hz.
     """
     seconds = time - time[0]
     if at_rest.any():

@@ -114,7 +114,7 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredG
     gyro : array_like, shape (n, 3)
         Rates, rad/s; a row that is not finite counts as missing and stays so.
     rate : float
-        Samples a second; by default that of a `Log`.
+        Samples per second; by default that of a `Log`.
 
     Returns
     -------

@@ -51,7 +51,7 @@ def find_impossible_rates(
     limit
         Range of the gyro, rad/s: a sample beyond it in any axis is impossible. Default 4000 deg/s.
     rate
-        Samples a second, Hz. Below 50 Hz single samples are left alone; None is above.
+        Samples per second, Hz. Below 50 Hz single samples are left alone; None is above.
 
     Examples
     --------
@@ -120,7 +120,7 @@ class ImpossibleRateDetector:
     Parameters
     ----------
     limit, rate
-        As of `find_impossible_rates`.
+        As in `find_impossible_rates`.
     scale
         Factor of the rates into rad/s.
 

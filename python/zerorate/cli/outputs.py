@@ -168,7 +168,7 @@ def of_sensor(place: Destination, reading: Reading) -> Destination:
 def places_of_logs(
     logs: Sequence[Path], output: str, ending: str, suffixes: Sequence[str]
 ) -> list[tuple[Path, Destination]]:
-    """Return each log with the destination of its files; usage fault for a shared file name.
+    """Return each log with the destination of its files; two equal file names are a usage error.
 
     `ending` and `suffixes` (without dots) end the names of files in a folder.
     """

@@ -97,7 +97,7 @@ class BeforeAfter(Result):
     Parameters
     ----------
     before, after : Report
-        Of the one log, and of the other.
+        Reports of the first and of the second log.
 
     Examples
     --------

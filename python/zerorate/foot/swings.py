@@ -240,7 +240,7 @@ class Swings:
         return variance
 
     def stray_variance(self, time: Floats) -> Floats:
-        """Return the variance of the position from spans without foot motion, m², shape (n,)."""
+        """Return the position's variance from spans without foot motion, m², shape (n,)."""
         inside = np.zeros(len(time), bool)
         for start, end in self.stray_spans():
             inside[start:end] = True

@@ -224,7 +224,7 @@ class ArmaModel(Result):
         Parameters
         ----------
         rate : float
-            Samples a second.
+            Samples per second.
 
         Examples
         --------
@@ -282,7 +282,7 @@ class ArmaModel(Result):
         frequencies : array_like
             In Hz, from 0 to rate / 2, any shape.
         rate : float
-            Samples a second.
+            Samples per second.
 
         Returns
         -------

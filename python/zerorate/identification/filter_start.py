@@ -61,7 +61,7 @@ def make_filter(
     Parameters
     ----------
     rate : float
-        Samples a second.
+        Samples per second.
     method : {"kf", "akf", "fading", "robust"}
         Method, as in `DriftFilter` except "auto", which learns its own start; default "fading".
         Adaptive R and the weight of the process noise continue as if `startup` seconds had passed.

@@ -402,7 +402,7 @@ def _imu_by_values(table: Table, places: Sequence[int]) -> tuple[Sequence[int], 
 
 
 def named_by_values(table: Table) -> Table:
-    """Return a table without names with those of the gyro and the accelerometer in six columns."""
+    """Return a table with its six columns named as gyro and accelerometer by their values."""
     imu_width = 2 * len(_AXES)
     if table.names is not None or not imu_width <= table.width <= _MAX_UNNAMED_COLUMNS:
         return table

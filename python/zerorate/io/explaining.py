@@ -13,7 +13,7 @@ import numpy as np
 
 from zerorate.faults import render_text, sentence_of
 from zerorate.io.evidence import Evidence, Role
-from zerorate.io.formats import FORMATS, check_readable, find_format, label_of, open_source
+from zerorate.io.formats import check_readable, find_format, known_formats, label_of, open_source
 from zerorate.io.reading import ReadArguments
 from zerorate.io.recording import read_recording
 from zerorate.io.table import Content, Format, Table
@@ -71,19 +71,19 @@ def explain(path: str | os.PathLike[str], **arguments: Unpack[ReadArguments]) ->
     path
         The file, or the folder of a bag.
     **arguments
-        Of `zerorate.io.read_recording`.
+        Arguments of `zerorate.io.read_recording`.
 
     Returns
     -------
     Explanation
-        Explanation; if the file cannot be read as a recording, ``notes`` begins with the reason.
+        If the file cannot be read as a recording, its ``notes`` begin with the reason.
 
     Raises
     ------
     LogError
         If the format is not known, or the file is damaged.
     OSError, ImportError
-        As of `zerorate.io.read_recording`.
+        As in `zerorate.io.read_recording`.
     """
     file = Path(path)
     label = label_of(file)
@@ -195,9 +195,9 @@ class FormatSupport:
     is_installed: bool
 
 
-def list_formats(forms: Iterable[Format] = FORMATS) -> tuple[FormatSupport, ...]:
+def list_formats(forms: Iterable[Format] | None = None) -> tuple[FormatSupport, ...]:
     """Return the formats that are read, in the order of their documentation."""
-    return tuple(map(_describe_format, forms))
+    return tuple(map(_describe_format, known_formats() if forms is None else forms))
 
 
 def _describe_format(form: Format) -> FormatSupport:

@@ -91,7 +91,7 @@ def write_mcap(log: Log, path: Path, names: Sequence[str]) -> None:
     Raises
     ------
     LogError
-        If a time is before zero, which MCAP does not know.
+        If a time is negative, which MCAP cannot store.
     """
     if log.n and log.sampled[0] < 0:
         raise LogError(f"MCAP has no times before 0, got {log.sampled[0]:g} s")

@@ -104,7 +104,7 @@ def find_time_offset(
         Start value of the search, s, within 0.6 s of the result. `check_navigation` finds offsets
         of any size to tenths of a second.
     **options
-        As of `NavigationFilter`, without ``adapt`` and ``gate``: the receiver's errors must not
+        As in `NavigationFilter`, without ``adapt`` and ``gate``: the receiver's errors must not
         count as its noise, or they would not show a clock offset. ``antenna_sigma`` is the prior
         standard deviation of the antenna's position, m: by default 0.05 if ``antenna`` is given,
         otherwise 1.

@@ -35,6 +35,13 @@ _ROWS: Final = (
         "Kind of samples: rates and forces, or their integrals since the previous sample",
     ),
     Option(
+        name="gyro_vibration",
+        kind="number",
+        default=0.0,
+        expected="from 0 to 1",
+        meaning="Noise of the gyro over its change from sample to sample, standard deviations",
+    ),
+    Option(
         name="antenna_sigma",
         kind="number",
         default=0.0,

@@ -13,7 +13,7 @@ from zerorate.geometry.earth import local_ned
 from zerorate.navigation.axes import Axes, find_axes
 from zerorate.navigation.frozen_sensors import frozen_spans
 from zerorate.navigation.lag import Lag, find_lag, find_lag_jump, is_rate
-from zerorate.navigation.line_course import MIN_TURNED_RAD, find_line_course
+from zerorate.navigation.line_course import MIN_TURNED_RAD, find_line_courses
 from zerorate.navigation.windows import Epochs, Means, RotationAngle, Windows
 from zerorate.numerals import shorten
 from zerorate.record import Recording
@@ -206,15 +206,19 @@ class _CheckState:
         )
         self.down = -mean / max(float(np.linalg.norm(mean)), 1e-9)
 
-    def find_course(self) -> tuple[Windows, RotationAngle, Lag | None, float]:
-        """Return the rotations of course and gyro, their lag, and the course's total, rad."""
+    def find_course(self) -> tuple[list[tuple[RotationAngle, Windows]], Lag | None, float]:
+        """Return the rotations of gyro and course, their lag, and the course's total, rad.
+
+        Without velocities there are rotations for each width of lines, the best first.
+        """
         if not Epochs.of(self.fixes).is_reported:
-            course = find_line_course(self.means, self.fixes, self.down)
-            if course is not None:
-                return course.windows, course.rotation, course.lag, course.turned
+            courses = find_line_courses(self.means, self.fixes, self.down)
+            if courses:
+                pairs = [(one.rotation, one.windows) for one in courses]
+                return pairs, courses[0].lag, max(one.turned for one in courses)
         windows, rotation = self.windows(), self.means.about(self.down)
         turned = 0.5 * np.nansum(np.abs(windows.course_rate) * (windows.stop - windows.start))
-        return windows, rotation, find_lag(rotation, windows), float(turned)
+        return [(rotation, windows)], find_lag(rotation, windows), float(turned)
 
     def windows(self, positions: bool = False) -> Windows:
         """Return the windows of the fixes as they are by now."""
@@ -337,14 +341,16 @@ def _regress(y: Floats, x: Floats) -> tuple[Floats, Floats]:
 
 
 def _check_clock(work: _CheckState) -> _Findings:
-    windows, rotation, lag, turned = work.find_course()
+    courses, lag, turned = work.find_course()
     work.lag = lag
-    if len(windows.start) == 0:
+    if len(courses[0][1].start) == 0:
         yield _doubt("clock", "there are too few fixes to find their clock")
         return
     certain = lag is not None and lag.certain
     about = lag.seconds if lag is not None and certain else 0.0
-    if (parts := find_lag_jump(rotation, windows, about, certain=certain)) is not None:
+    # The lines that one lag fits best are long, and hide a jump that shorter ones show.
+    jumps = (find_lag_jump(*course, about, certain=certain) for course in courses)
+    if (parts := next((jump for jump in jumps if jump is not None), None)) is not None:
         (before, after), (first, second) = parts
         yield _mistake(
             "jump",
@@ -369,7 +375,7 @@ def _check_clock(work: _CheckState) -> _Findings:
 
 
 def _check_gyro(work: _CheckState) -> _Findings:
-    """Compare the rate of the course with the gyro's, but for its sign."""
+    """Compare the rate of the course with the gyro's, ignoring the sign."""
     lag = work.lag
     if (
         lag is None

@@ -22,6 +22,7 @@ from zerorate.noise.quantities import UNKNOWN, si_unit
 from zerorate.noise.records import power_of_two
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 from zerorate.types import Floats, Integers
@@ -163,7 +164,7 @@ class AllanResult(Result):
 
         Returns
         -------
-        FittedModel, or a tuple of one an axis
+        FittedModel, or a tuple with one per axis
             A `NoiseModel` in SI units, or in the unit of the samples if that unit is not known.
             Each coefficient has a standard error, a flag if the record determines it, and an upper
             bound at 95 %. Coefficients that are not in `terms` are unknown.
@@ -177,9 +178,8 @@ class AllanResult(Result):
         Notes
         -----
         A coefficient is identifiable if its square is above twice its standard error. If chance
-        cannot explain how far the curve is from the model, the model is taken to be wrong. The
-        relative error of the model that explains the distance is `misfit`; the standard errors grow
-        with it.
+        does not explain the distance of the curve from the model, `misfit` is the relative error of
+        the model that does; it is included in the standard errors.
 
         A curve has no samples, so a low-pass filter of the sensor cannot be found here, and N and
         B of low-passed samples are wrong: use `zerorate.characterise` or `zerorate.noise.whittle`.
@@ -237,15 +237,22 @@ class AllanResult(Result):
             **band_fields(filtered, self.rate),
         )
 
-    def plot(self, models: Sequence[FittedModel] | FittedModel | None = None) -> Figure:
+    def plot(
+        self,
+        models: Sequence[FittedModel] | FittedModel | None = None,
+        *,
+        ax: Axes | Sequence[Axes] | None = None,
+    ) -> Figure:
         """Return a figure of the curves, their bounds, and models if given.
+
+        With `ax` the first axis of the sensor is drawn there; with several axes, one each.
 
         Raises
         ------
         ImportError
             If matplotlib (extra ``plot``) is not installed.
         """
-        return figure_of(self, models)
+        return figure_of(self, models, ax=ax)
 
     @property
     def rate_deviation(self) -> Floats:

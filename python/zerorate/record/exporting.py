@@ -38,7 +38,7 @@ def document_export(
     options : str
         Entries of options that several functions share, before ``force``.
     """
-    path = _PATH_DOC.format(f", ``{suffix}`` by custom" if suffix else "")
+    path = _PATH_DOC.format(f", usually ``{suffix}``" if suffix else "")
 
     def documented(function: _Documented) -> _Documented:
         parts = _split_sections(function)

@@ -19,6 +19,7 @@ from zerorate.units import UNITS, canonical, convert
 _SI_UNITS: Final = {"gyro": "rad/s", "accel": "m/s^2"}
 _ARGUMENT_UNITS: Final[Mapping[str, Mapping[str, str]]] = {
     "FootFilter": _SI_UNITS,
+    "NavigationBank": _SI_UNITS,
     "NavigationFilter": _SI_UNITS,
     "PositionFilter": {"position": "m", "speed": "m/s"},
     "TemperatureFilter": {"temperature": "degC"},

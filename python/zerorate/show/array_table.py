@@ -18,7 +18,7 @@ _GAIN_LABELS: Final = ("mean over array", "sensor over array")
 
 
 def format_array(replay: ArrayReplay) -> str:
-    """Return a table with a row a sensor, the plain mean and the array, and the gains."""
+    """Return a table with one row per sensor, the plain mean and the array, and the gains."""
     kinds = [i for i in range(len(SAMPLE_FATES)) if i == 0 or replay.shares[:, i].any()]
     head = ("", *(SAMPLE_FATES[i] for i in kinds), "weight")
     rows = [*_sensor_rows(replay, kinds)]

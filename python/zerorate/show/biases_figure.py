@@ -52,7 +52,7 @@ def plot_replays(replays: Replays) -> Figure:
 def plot_biases(replays: Mapping[str, Summary]) -> Figure:
     """Return the biases of several logs over the time since each began.
 
-    A panel an axis, a column of a page wide; colours repeat after six logs.
+    One panel per axis, a column of a page wide; colours repeat after six logs.
 
     `replays`: by the names of the logs; those whose unit is not that of the first are left out.
     Axes are compared in their order, the first six.

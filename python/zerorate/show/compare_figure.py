@@ -64,8 +64,9 @@ def plot_compared(result: Compared) -> Figure:
 def plot_compare(comparison: Comparison) -> Figure:
     """Plot each method's score by the measures that decide for its kind of recording.
 
-    A panel a measure, three at most, with a row a method: a dot an axis, and a bar and a number for
-    their mean; in colour the best, by the first measure, of those that use no later sample.
+    There is one panel per measure, three at most, with one row per method: one dot per axis, and a
+    bar and a number for their mean. Of the methods that use no later sample, the best by the first
+    measure is coloured.
     """
     section = leading_section(comparison)
     rows_by_method = [

@@ -46,7 +46,7 @@ class Measure:
         return known * row.values.get(self.name, math.nan)
 
     def badness(self, value: float) -> float:
-        """Return the distance of a shown value from its ideal; twice is as far as half."""
+        """Return the distance of a value from its ideal; double and half are equally far."""
         if self.ideal == 0.0:
             return abs(value)
         return abs(math.log(value / self.ideal)) if value > 0.0 else math.inf

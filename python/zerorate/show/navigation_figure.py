@@ -143,16 +143,16 @@ def plot_track(
 def plot_outages(
     outages: Outages, others: Mapping[str, Outages] | None = None, seconds: float | None = None
 ) -> Figure:
-    """Return the figure of how errors grow in outages, 180 mm wide.
+    """Return a figure of the growth of errors in outages, 180 mm wide.
 
-    Over the time since the last fix, the root mean square over all outages: position held, velocity
-    held, the filter, and its smoother if there is one; on the left, the same of each outage of the
-    filter.
+    Both panels are over the time since the last fix. Below: the error of the filter in each outage.
+    Above: the RMS over all outages of a held position, a held velocity, the filter, and its
+    smoother if there is one.
 
-    `others`: other filters by name, on the same fixes; each is shown with the first. `seconds`:
-    which length; by default the longest.
+    `others`: further filters by name, on the same fixes. `seconds`: the length of outage; by
+    default the longest.
 
-    KeyError if there is no such length.
+    Raises KeyError if there is no such length.
     """
     length = (
         max(length_errors.seconds for length_errors in outages.lengths)
@@ -264,6 +264,8 @@ def _fit_scale(axes: Axes, track_ned: Floats) -> None:
     half = 0.56 * max(high[0] - low[0], (high[1] - low[1]) / wide, 10.0)
     axes.set_ylim(middle[0] - half, middle[0] + half)
     axes.set_xlim(middle[1] - half * wide, middle[1] + half * wide)
+    # Holds in axes of another shape, too.
+    axes.set_aspect("equal", adjustable="datalim")
 
 
 def _horizontal_ned(position: Floats, origin: Floats) -> Floats:

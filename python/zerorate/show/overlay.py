@@ -1,4 +1,4 @@
-"""Deviations of several logs over each other: a panel an axis, a colour a log; and their table."""
+"""Deviations of several logs in one figure and one table."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ def _write_names(figure: Figure, panel: Axes) -> None:
 
 
 def format_overlay(logs: Logs) -> str:
-    """Return a table a sensor: white noise, bias instability and walk of each log and axis."""
+    """Return one table per sensor: white noise, bias instability and walk of each log and axis."""
     return "\n\n".join(as_text(table) for table in _make_tables(logs))
 
 

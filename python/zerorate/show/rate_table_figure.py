@@ -29,7 +29,7 @@ _COLOURS: Final = (BLUE, VERMILION, ORANGE)
 
 
 def plot_rate_table(table: RateTable) -> Figure:
-    """Plot the residuals of the line of bias and scale, a panel an axis.
+    """Plot the residuals of the line of bias and scale, one panel per axis.
 
     Differences in the unit of the rates: over the scale.
 

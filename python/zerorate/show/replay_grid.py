@@ -1,4 +1,4 @@
-"""All panels of a replay, a column an axis: learned parameters, and Allan deviations."""
+"""All panels of a replay, one column per axis: learned parameters, and Allan deviations."""
 
 from __future__ import annotations
 

@@ -55,11 +55,11 @@ pub struct Messages {
     pub channels: Vec<u16>,
     /// When each was recorded, ns.
     pub times: Vec<u64>,
-    /// Where each begins in `raw`, and its bytes.
+    /// Where what is kept of each begins in `raw`.
     pub begins: Vec<u64>,
-    /// Bytes of each.
+    /// Bytes of each in the file.
     pub lengths: Vec<u64>,
-    /// All their bytes.
+    /// All that is kept.
     pub raw: Vec<u8>,
 }
 
@@ -78,16 +78,24 @@ pub struct Recording {
 pub type Unpack = fn(&str, &[u8], &mut [u8]) -> Option<()>;
 
 impl Recording {
-    /// The channels of a recording, and at most `limit` messages of those in `wanted`.
+    /// The channels of a recording, and at most `limit` messages of those in `wanted`. Of a message
+    /// the parts in `kept` are kept, from one byte to another, counted from its end where they are
+    /// below zero; or all of it, where there are none.
     ///
     /// Chunks are left out where no message is wanted and the end of the file repeats the channels.
     ///
     /// # Errors
     /// [`Fault`] at the first record that does not hold what it must.
-    pub fn read(raw: &[u8], wanted: &[u16], limit: usize, unpack: Unpack) -> Result<Self, Fault> {
+    pub fn read(
+        raw: &[u8],
+        wanted: &[u16],
+        limit: usize,
+        kept: &[(isize, isize)],
+        unpack: Unpack,
+    ) -> Result<Self, Fault> {
         let inner = raw.strip_prefix(MAGIC).ok_or(Fault::Mark("first"))?;
         inner.strip_suffix(MAGIC).ok_or(Fault::Mark("last"))?;
-        let mut walk = Walk { wanted, limit, unpack, ..Walk::default() };
+        let mut walk = Walk { wanted, limit, kept, unpack, ..Walk::default() };
         walk.leaves_chunks = wanted.is_empty() && has_summary(raw);
         walk.run(raw, MAGIC.len())?;
         if !walk.ended {
@@ -111,6 +119,7 @@ fn unknown(_: &str, _: &[u8], _: &mut [u8]) -> Option<()> {
 struct Walk<'a> {
     wanted: &'a [u16],
     limit: usize,
+    kept: &'a [(isize, isize)],
     unpack: Unpack,
     leaves_chunks: bool,
     ended: bool,
@@ -125,6 +134,7 @@ impl Default for Walk<'_> {
         Self {
             wanted: &[],
             limit: 0,
+            kept: &[],
             unpack: unknown,
             leaves_chunks: false,
             ended: false,
@@ -203,12 +213,24 @@ impl Walk<'_> {
         if self.wanted.contains(&channel) {
             let body = &rest.raw[rest.at..];
             let messages = &mut self.recording.messages;
+            let begin = messages.raw.len() as u64;
             memory::reserve(&mut messages.raw, body.len())?;
+            if self.kept.is_empty() {
+                messages.raw.extend_from_slice(body);
+            }
+            for (from, to) in self.kept {
+                let place = |at: isize| match at < 0 {
+                    true => body.len().checked_sub(at.unsigned_abs()),
+                    false => Some(at.unsigned_abs()),
+                };
+                let part = place(*from).zip(place(*to)).and_then(|(from, to)| body.get(from..to));
+                let Some(part) = part else { return Ok(None) };
+                messages.raw.extend_from_slice(part);
+            }
             work::push(&mut messages.channels, channel);
             work::push(&mut messages.times, time);
-            work::push(&mut messages.begins, messages.raw.len() as u64);
+            work::push(&mut messages.begins, begin);
             work::push(&mut messages.lengths, body.len() as u64);
-            messages.raw.extend_from_slice(body);
         }
         Ok(Some(()))
     }
@@ -253,7 +275,7 @@ impl Walk<'_> {
     }
 }
 
-/// A fault in a chunk, told by the byte of the file where the chunk begins.
+/// A fault in a chunk, at the byte of the file where the chunk begins.
 fn placed(fault: Fault, at: usize) -> Fault {
     match fault {
         Fault::Record(_) => Fault::Record(at),
@@ -336,8 +358,8 @@ mod tests {
         record(MESSAGE, &[&head, &time.to_le_bytes()])
     }
 
-    /// Two channels; a chunk that is packed by turning every bit, one that is not, and a message
-    /// beside them, which comes too late.
+    /// Two channels; a chunk that is packed by inverting every bit, one that is not packed, and a
+    /// late message outside chunks.
     fn file() -> Vec<u8> {
         let declared = [
             record(SCHEMA, &[&[1, 0], &text("Imu"), &text("ros2msg"), &text("float64 x")]),
@@ -373,7 +395,7 @@ mod tests {
     }
 
     fn read(raw: &[u8], wanted: &[u16], limit: usize) -> Result<Recording, Fault> {
-        Recording::read(raw, wanted, limit, turned)
+        Recording::read(raw, wanted, limit, &[], turned)
     }
 
     #[test]
@@ -393,6 +415,20 @@ mod tests {
     }
 
     #[test]
+    fn parts_of_messages_are_kept() {
+        let of = |kept: &[(isize, isize)]| Recording::read(&file(), &[1], 3, kept, turned);
+        let found = of(&[(0, 1), (-2, -1)]).expect("it is whole").messages;
+        assert_eq!(
+            (&found.raw[..], &found.begins[..]),
+            (&[11, 0, 13, 0, 21, 0][..], &[0, 2, 4][..])
+        );
+        assert_eq!(found.lengths, [8; 3]);
+        for beyond in [(0, 9), (-9, -1), (3, 2)] {
+            assert!(matches!(of(&[beyond]), Err(Fault::Record(_))), "{beyond:?}");
+        }
+    }
+
+    #[test]
     fn what_is_cut_or_unknown_is_told() {
         let whole = file();
         for end in 0..whole.len() {
@@ -401,8 +437,11 @@ mod tests {
         let place = whole.windows(3).position(|word| word == b"lz4").expect("it is there");
         let mut other = whole;
         other[place] = b'x';
-        let told = read(&other, &[0], 9).expect_err("nobody knows it").to_string();
-        assert!(told.ends_with("has the compression 'xz4', expected lz4, zstd or none"), "{told}");
+        let error = read(&other, &[0], 9).expect_err("nobody knows it").to_string();
+        assert!(
+            error.ends_with("has the compression 'xz4', expected lz4, zstd or none"),
+            "{error}"
+        );
     }
 
     proptest! {

@@ -52,9 +52,10 @@ pub struct AllanNoise {
 
 streaming!(
     AllanNoise,
-    update: "Takes one sample, returns R: float to float, with channels (k,) to (k,).",
-    process: "R after each sample of a batch: (n,) to (n,), with channels (n, k) to (n, k); the
-    interpreter lock is released.",
+    update: "Takes one sample and returns the noise variance R: float to float, with channels (k,) to
+    (k,).",
+    process: "The noise variance R after each sample of a batch: (n,) to (n,), with channels (n, k)
+    to (n, k); the interpreter lock is released.",
     out
 );
 streaming!(@bank AllanNoise, core::AllanNoise<f64>);
@@ -107,7 +108,7 @@ getters! { AllanNoise, slf, py, this;
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second; it scales only ``taus``.
+///     Samples per second; it scales only ``taus``.
 /// octaves : int, default 16
 ///     Number of averaging times, from 1 to 24; 16 reach 32768 samples.
 /// channels : int, optional
@@ -176,7 +177,7 @@ impl StreamingAllan {
 }
 
 getters! { StreamingAllan, slf, py, this;
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.first().rate();
     /// Number of averaging times.
     octaves: usize = this.first().octaves();
@@ -200,7 +201,7 @@ getters! { StreamingAllan, slf, py, this;
 }
 
 impl StreamingAllan {
-    /// One number an octave, a column a channel.
+    /// One number per octave, one column per channel.
     fn table<'py, T: numpy::Element>(
         &self,
         py: Python<'py>,

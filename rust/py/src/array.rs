@@ -188,15 +188,15 @@ impl<const A: usize> ArrayBank for One<A> {
 /// fault. If two sensors disagree it is unknown which one is wrong: both are used, and ``health``
 /// is ``"disputed"``.
 ///
-/// N sensors have about sqrt(N) times less noise than one, and seldom more than 1.2 times that. A
-/// single one is a ``DriftFilter``, equal to the last bit. A sample that is not finite is missing,
-/// and so is one of a stuck sensor; where no sample is left the rate is NaN. One object serves one
-/// thread at a time.
+/// N sensors have about sqrt(N) times less noise than one, and seldom more than 1.2 times that. An
+/// array of one sensor is bit-identical to a ``DriftFilter``. A sample that is not finite is
+/// missing, and so is one of a stuck sensor; where no sample is left the rate is NaN. One object
+/// serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second.
+///     Samples per second.
 /// sensors : int, optional
 ///     Number of gyros, 1 to 256; may be left out if ``rotations`` or ``calibrations`` are given.
 /// axes : {3, 1}
@@ -204,13 +204,12 @@ impl<const A: usize> ArrayBank for One<A> {
 /// rotations : array_like, shape (sensors, 3, 3), optional
 ///     From each sensor's axes to those of the body; by default all are aligned.
 /// calibrations : sequence of Calibration or of array_like, shape (3, 3), optional
-/// One a sensor, for samples in the unit of the array: scale and misalignment of each are
-/// corrected, in its own axes. Biases are learned, and g-sensitivity is left: ``Calibration.apply``
-/// removes it.
+/// One per sensor, for samples in the unit of the array: its scale and misalignment are corrected
+/// in its own axes. Biases are learned; only ``Calibration.apply`` removes g-sensitivity.
 /// limit : float, optional
 ///     Size from which a sample is saturated and counts as missing.
 /// rest_limit, bias_limit : float, optional
-///     As of ``DriftFilter``.
+///     As in ``DriftFilter``.
 /// weights : {"auto", "mean", "white"} or array_like, shape (sensors,) or (sensors, axes)
 ///     Weights: by noise and scale error; equal; by white noise alone; or as given, such as
 ///     those of ``allan_covariance(z, rate).virtual_gyro()``.
@@ -422,7 +421,7 @@ impl GyroArray {
 }
 
 getters! { GyroArray, slf, py, this;
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.shared.bank.params().rate;
     /// Number of gyros.
     sensors: usize = this.shared.bank.params().sensors;

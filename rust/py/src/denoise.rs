@@ -245,7 +245,7 @@ fn missing(record: &[f64]) -> Option<usize> {
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second: sets the time constant of the noise (some 10 s) and ``delay_seconds``.
+///     Samples per second: sets the time constant of the noise (some 10 s) and ``delay_seconds``.
 /// wavelet : {"haar", "db2", "db4", "db8"}, default "db2"
 ///     2, 4, 8 or 16 taps. Short ones delay less, long ones distinguish motion from noise better.
 /// level : int, default 3
@@ -341,7 +341,7 @@ getters! { WaveletDenoiser, slf, py, this;
     missing_count: Object<'py> = this.shared.each(py, |one| one.missing() as i64)?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.first().params().rate;
     /// Name of the wavelet.
     wavelet: &'static str = this.first().params().wavelet.name();

@@ -113,7 +113,7 @@ pub struct RecursiveLeastSquares {
 
 streaming!(
     RecursiveLeastSquares,
-    update: "Takes one sample, returns its a-posteriori residual, zero if it is missing: float to
+    update: "Takes one sample and returns its a-posteriori residual, zero if it is missing: float to
     float, with channels (k,) to (k,).",
     process: "The residual of each sample of a batch: (n,) to (n,), with channels (n, k) to (n, k);
     the interpreter lock is released.",

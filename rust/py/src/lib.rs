@@ -66,7 +66,7 @@ mod _native {
     #[pymodule_export]
     use crate::mcap::{pack_lz4, read_mcap};
     #[pymodule_export]
-    use crate::navigation::{NavigationFilter, NavigationRecord};
+    use crate::navigation::{NavigationBank, NavigationFilter, NavigationRecord};
     #[pymodule_export]
     use crate::position::{PositionFilter, position_options};
     #[pymodule_export]

@@ -18,7 +18,7 @@ const BYTES_A_SAMPLE: usize = 256;
 
 /// Number, topic, encoding, and name, encoding and text of the type of a channel's messages.
 type Channel<'py> = (u16, String, String, String, String, Bound<'py, PyBytes>);
-/// Channels, times, and where the bytes of each message begin and how many they are; all bytes.
+/// Channels, times, where what is kept of each message begins, its bytes in the file; what is kept.
 type Messages<'py> = (
     Bound<'py, PyArray1<u16>>,
     Bound<'py, PyArray1<u64>>,
@@ -46,6 +46,9 @@ fn unpack(compression: &str, packed: &[u8], out: &mut [u8]) -> Option<()> {
 ///     Numbers of the channels whose messages are returned.
 /// limit : int
 ///     Messages to return at most.
+/// kept : list of (int, int)
+///     Parts of each message to keep, from one byte to another, counted from its end where they are
+///     negative; empty for all of it.
 ///
 /// Returns
 /// -------
@@ -56,8 +59,8 @@ fn unpack(compression: &str, packed: &[u8], out: &mut [u8]) -> Option<()> {
 ///     encoding and the text of their type, empty where none is given.
 /// messages : tuple of ndarray
 ///     In the order of time: the channel of each message, uint16, the time of its recording, ns,
-///     uint64, where its bytes begin and how many they are, uint64, each of shape (k,); and the
-///     bytes of all, uint8.
+///     uint64, where what is kept of it begins and how many bytes it has in the file, uint64, each
+///     of shape (k,); and the bytes that are kept, uint8.
 ///
 /// Raises
 /// ------
@@ -71,9 +74,10 @@ pub fn read_mcap<'py>(
     raw: PyReadonlyArray1<'py, u8>,
     wanted: Vec<u16>,
     limit: usize,
+    kept: Vec<(isize, isize)>,
 ) -> PyResult<(String, Vec<Channel<'py>>, Messages<'py>)> {
     let bytes = raw.as_slice()?;
-    let read = || Recording::read(bytes, &wanted, limit, unpack);
+    let read = || Recording::read(bytes, &wanted, limit, &kept, unpack);
     let found = interruptible(py, bytes.len() / BYTES_A_SAMPLE, read)?.map_err(|f| match f {
         Fault::Memory(error) => NativeError::from(error).into(),
         fault => PyValueError::new_err(fault.to_string()),

@@ -32,7 +32,7 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second.
+///     Samples per second.
 /// channels : int, optional
 ///     Number of signals; ``None`` is a single one.
 /// rest_limit : float, optional
@@ -104,7 +104,7 @@ impl RestDetector {
 getters! { RestDetector, slf, py, this;
     /// True if the sensor rests: bool, with channels (k,).
     at_rest: Object<'py> = this.shared.each(py, Core::at_rest)?;
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.first().rate();
 }
 
@@ -114,7 +114,7 @@ impl RestDetector {
     }
 }
 
-/// Detection of a body's motion, by its accelerometer alone while samples arrive.
+/// Live detection of a body's motion from its accelerometer alone.
 ///
 /// A gyro that turns slowly at a constant rate has the same output as a biased one at rest. In the
 /// axes of a turning body gravity turns, too, unless the rotation is about the vertical. Means of
@@ -125,15 +125,15 @@ impl RestDetector {
 /// the time of its detection, and, for a minute at most, when the samples are about as quiet as
 /// before it. True means that the body moves, False that its motion is unknown.
 ///
-/// Nothing depends on the unit, nor on the axes. A sample with an axis that is not finite is
+/// Any unit and any axes will do. A sample with an axis that is not finite is
 /// missing. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second.
+///     Samples per second.
 /// channels : int, optional
-///     Number of accelerometers side by side; ``None`` is a single one.
+///     Number of accelerometers in parallel; ``None`` is a single one.
 ///
 /// Raises
 /// ------
@@ -154,7 +154,7 @@ impl RestDetector {
 /// >>> bool(moving[:6000].any()), float(moving[6200:].mean()) > 0.9
 /// (False, True)
 ///
-/// What it knows keeps a turn from being learned as a bias:
+/// With its result a drift filter does not learn a turn as a bias:
 /// >>> plain, held = zr.DriftFilter(rate=100.0), zr.DriftFilter(rate=100.0)
 /// >>> _, _ = plain.process(gyro), held.process(gyro, moving=moving)
 /// >>> round(plain.bias, 1), round(held.bias, 1)
@@ -167,9 +167,9 @@ pub struct MotionDetector {
 
 streaming!(
     MotionDetector,
-    update: "Takes one sample of the accelerometer, returns whether the body moves: (3,) to bool,
+    update: "Takes one sample of the accelerometer and returns True if the body moves: (3,) to bool,
     with channels (k, 3) to (k,).",
-    process: "Whether the body moves after each sample of a batch: (n, 3) to (n,), with channels
+    process: "True where the body moves, after each sample of a batch: (n, 3) to (n,), with channels
     (n, k, 3) to (n, k), bool; the interpreter lock is released.",
     out
 );
@@ -196,7 +196,7 @@ impl MotionDetector {
 getters! { MotionDetector, slf, py, this;
     /// True if the body is known to move: bool, with channels (k,).
     moving: Object<'py> = this.shared.each(py, MotionCore::is_moving)?;
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.first().rate();
 }
 

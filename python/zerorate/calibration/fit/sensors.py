@@ -46,7 +46,7 @@ class Sensor:
     data
         Shape (n, 3), NaN where missing.
     rate, start
-        Samples a second, Hz, and time of the first one, s.
+        Samples per second, Hz, and time of the first one, s.
     unit
         Of the raw samples.
     factor
@@ -86,7 +86,7 @@ class Sensor:
 
     def index_at(self, time: float) -> int:
         """Return the first sample at or after a time, at most n."""
-        # Times of a grid are whole periods but for rounding.
+        # Times of a grid are whole periods, except for rounding.
         return int(np.clip(np.ceil((time - self.start) * self.rate - 1e-6), 0, self.n))
 
     def mean(self, first: int, last: int) -> Floats:

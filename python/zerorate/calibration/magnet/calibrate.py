@@ -41,25 +41,25 @@ def calibrate_magnetometer(
     dip: float | None = None,
     place: tuple[float, ...] | None = None,
 ) -> MagnetometerCalibration:
-    """Calibrate a magnetometer from ordinary motion: the gyro says how the field must turn.
+    """Calibrate a magnetometer from ordinary motion, with the gyro as the reference of rotation.
 
     Parameters
     ----------
     recording : Recording
         With gyro, accelerometer and a magnetometer in any unit. Without a gyro a sphere is fitted,
-        which needs all directions and a field that stays; a note says so.
+        which needs all directions and a constant field; a note states this.
     gyro : str
-        Which of several sensors; default the first.
+        Name of the gyro if there are several; default the first.
     one : bool
-        Assume one hard iron for the record, since nobody touched the device. Default: several
-        where that leaves clearly less scatter, for a magnet that comes and goes.
+        Assume one hard iron for the whole record. Default: several where that leaves clearly less
+        scatter, such as for a magnet that comes and goes.
     field, dip : float, optional
-        Size of the field at the place, uT, and its angle below the level, rad, as a model of the
-        earth's field gives them: a result that contradicts them is not valid.
+        Size of the earth's field at the place, uT, and its angle below the horizontal, rad, from a
+        model of the field. A result that contradicts them is not valid.
     place : tuple of float, optional
-        Latitude and longitude, deg, and maybe height, m: `zerorate.geometry.earth_field` then gives
-        field and dip. Default that of the recording's positions, where it has some and pygeomag is
-        installed.
+        Latitude and longitude, deg, and optionally height, m: field and dip are then those of
+        `zerorate.geometry.earth_field`. Default: from the recording's positions, if it has some and
+        pygeomag is installed.
 
     Returns
     -------
@@ -73,15 +73,15 @@ def calibrate_magnetometer(
         Without accelerometer (unless there is no gyro either) or magnetometer, or with less than
         ten seconds of them.
     ValueError
-        If ``field`` or ``dip`` are none of the earth's, or ``place`` is no place.
+        If ``field`` or ``dip`` do not occur on earth, or ``place`` is not a latitude and longitude.
     ImportError
         If ``place`` is given and pygeomag is not installed.
 
     Notes
     -----
-    Two turns about different axes are enough; what does not turn with the sensor's surroundings
-    is iron. Standard errors are of fields that differ from place to place, not of noise: nothing
-    smaller than a hundredth of the field is claimed.
+    Two turns about different axes are enough: the part of the field that stays constant in the
+    sensor's axes is hard iron. Standard errors include the field's differences from place to place:
+    none is smaller than a hundredth of the field.
 
     Examples
     --------

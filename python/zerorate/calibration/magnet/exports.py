@@ -38,10 +38,10 @@ _writes = partial(
     faults="""\
 ValueError
     If nothing is applied or fewer than three directions of the hard iron are known, without
-    `doubtful`; if the unit of the samples is none of a magnetic field.""",
+    `doubtful`; if the unit of the samples is not one of a magnetic field.""",
     options="""\
 doubtful : bool
-    Write numbers that the log does not bear out, with a warning in the file; default False.""",
+    Write doubtful numbers, too, with a warning in the file; default False.""",
 )
 
 
@@ -66,7 +66,7 @@ def to_px4(
     str
         ``CAL_MAG``, gauss: PX4 corrects by M (sample - offset), ``XSCALE`` the diagonal of M and
         ``XODIAG``, ``YODIAG``, ``ZODIAG`` its elements xy, xz, yz. Axes must be those of the body.
-        Of several hard irons that of `longest`.
+        Of several hard irons the one of `longest` is written.
     """
     offset, matrix = _offset_and_matrix(calibration, 1e2, doubtful)
     names = [f"CAL_MAG{instance}_{axis}OFF" for axis in _AXES]
@@ -104,7 +104,7 @@ def to_ardupilot(
     str
         ``COMPASS_OFS``, milligauss, with ArduPilot's sign: it corrects by E (sample + offset),
         ``COMPASS_DIA`` the diagonal of E and ``COMPASS_ODI_X``, ``_Y``, ``_Z`` its elements xy, xz,
-        yz. Of several hard irons that of `longest`.
+        yz. Of several hard irons the one of `longest` is written.
     """
     offset, matrix = _offset_and_matrix(calibration, 0.1, doubtful)
     number = "" if compass == 1 else str(compass)

@@ -169,8 +169,8 @@ def to_px4(
     ------
     ValueError
         If the record does not show that the bias depends on temperature, without `doubtful`; if the
-        model has not three axes, or the unit of its samples is none of angular rate, or
-        `instance` is none of PX4's.
+        model does not have three axes, the unit of its samples is not an angular rate, or
+        PX4 has no such `instance`.
     """
     if instance not in range(4):
         raise ArgumentError("instance", f"must be 0 to 3, got {instance!r}")
@@ -214,7 +214,7 @@ def to_ardupilot(
     -------
     str
         ``INS_TCAL1_GYR1_X`` to ``INS_TCAL1_GYR3_Z``, millionths of rad/s over powers of
-        T - 35 degC, the range, and the offsets with the temperature that they belong to,
+        T - 35 degC, the range, and the offsets with their temperature,
         ``INS_GYR1_CALTEMP``: ArduPilot subtracts the offset and the difference of the polynomial
         between T and that, both clamped to the range. By default it learns new offsets at every
         start.
@@ -223,8 +223,8 @@ def to_ardupilot(
     ------
     ValueError
         If the record does not show that the bias depends on temperature, without `doubtful`; if the
-        model has not three axes, or the unit of its samples is none of angular rate, or
-        `instance` is none of ArduPilot's.
+        model does not have three axes, the unit of its samples is not an angular rate, or
+        ArduPilot has no such `instance`.
     """
     if instance not in range(1, 4):
         raise ArgumentError("instance", f"must be 1 to 3, got {instance!r}")

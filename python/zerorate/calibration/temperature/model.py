@@ -165,7 +165,7 @@ class TemperatureModel(Result):
             degC; missing values are held. A Log is interpolated at the times of `z`, which is then
             a Log, too; its first channel is used. None: no temperature.
         rate : float, optional
-            Samples a second, Hz; needed where `z` is an array.
+            Samples per second, Hz; needed where `z` is an array.
         max_degree : int
             Highest degree of the polynomial, 0 to 3 (default). The record allows a straight line
             from 1 K, a parabola from 8 K, a cubic from 15 K, and a higher degree must be better.
@@ -331,7 +331,7 @@ class TemperatureModel(Result):
         z : Log, or array_like of shape (n,) or (n, k)
             Output of the gyro, in the unit of the model.
         temperature : Log, or array_like of shape (n,)
-            As of `fit`: missing values are held, and the steps of a coarse thermometer smoothed. If
+            As in `fit`: missing values are held, and the steps of a coarse thermometer smoothed. If
             all are missing, the bias in the middle of the range is subtracted.
 
         Returns

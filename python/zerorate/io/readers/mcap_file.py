@@ -11,10 +11,8 @@ from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
-from numpy.lib.stride_tricks import sliding_window_view
 
 from zerorate._native import read_mcap
-from zerorate.io.table import Column
 
 _Connection = Any
 _ALL: Final = 2**63
@@ -22,35 +20,16 @@ _FORMATS: Final = {"ros2msg": "MSG", "ros2idl": "IDL", "omgidl": "IDL"}
 
 
 class McapMessages(NamedTuple):
-    """Messages in the order of their times of reception: where their bytes begin in ``raw``."""
+    """Messages in the order of their times of reception: where their bytes begin in ``raw``.
+
+    ``lengths`` are the bytes of whole messages, of which ``raw`` may hold parts.
+    """
 
     channels: npt.NDArray[np.uint16]
     times: npt.NDArray[np.uint64]
     begins: npt.NDArray[np.uint64]
     lengths: npt.NDArray[np.uint64]
     raw: npt.NDArray[np.uint8]
-
-    def field(self, offsets: int | npt.NDArray[np.uint64], kind: str) -> Column:
-        """Return the number at an offset of each message, shape (n,).
-
-        Raises
-        ------
-        ValueError
-            If a message ends before it.
-        """
-        size = np.dtype(kind).itemsize
-        ends = np.uint64(size) + offsets
-        if np.any(ends > self.lengths):
-            raise ValueError("a message is shorter than its type")
-        if not len(self.begins):
-            return np.empty(0, kind)
-        column: Column = sliding_window_view(self.raw, size)[self.begins + offsets].view(kind)[:, 0]
-        return column
-
-    def select(self, mask: npt.NDArray[np.bool_]) -> McapMessages:
-        """Return some of the messages."""
-        channels, times, begins, lengths, raw = self
-        return McapMessages(channels[mask], times[mask], begins[mask], lengths[mask], raw)
 
 
 class McapReader:
@@ -64,7 +43,7 @@ class McapReader:
 
     def __init__(self, path: Path) -> None:
         self._raw = np.asarray(np.memmap(path, np.uint8, "r"))
-        profile, channels, _ = read_mcap(self._raw, [], 0)
+        profile, channels, _ = read_mcap(self._raw, [], 0, [])
         if profile != "ros2":
             raise ValueError("Profile is not ros2")
         self.connections = [_make_connection(*channel) for channel in channels]
@@ -76,10 +55,15 @@ class McapReader:
     def __exit__(self, *_: object) -> None:
         """Close nothing: the mapping ends with the reader."""
 
-    def read(self, connections: Sequence[_Connection], limit: int = _ALL) -> McapMessages:
-        """Return the messages of some connections, at most ``limit``."""
+    def read(
+        self,
+        connections: Sequence[_Connection],
+        limit: int = _ALL,
+        kept: Sequence[tuple[int, int]] = (),
+    ) -> McapMessages:
+        """Return the messages of some connections, at most ``limit``, or parts of each."""
         wanted = [connection.id for connection in connections]
-        return McapMessages(*read_mcap(self._raw, wanted, limit)[2])
+        return McapMessages(*read_mcap(self._raw, wanted, limit, list(kept))[2])
 
     def messages(
         self, connections: Sequence[_Connection]

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from zerorate.faults import keyword_argument, make_sentence
 from zerorate.io.readers.isolated import run_isolated
-from zerorate.io.readers.mcap_file import McapMessages, McapReader
+from zerorate.io.readers.mcap_file import McapReader
 from zerorate.io.readers.ros_messages import MessagePlan, decode_columns, make_plan
 from zerorate.io.table import Column, Content, Metadata, Table
 from zerorate.record.log import LogError
@@ -120,8 +120,8 @@ def _absent(path: Path, topic: str) -> list[str]:
         on_topic = [c for c in reader.connections if c.topic == topic and _is_imu(c)]
         if isinstance(reader, McapReader):
             # A few tell of most recordings.
-            first = _halves_seen(reader.read(on_topic, _FIRST_MESSAGES))
-            seen = first if all(first) else _halves_seen(reader.read(on_topic))
+            first = _halves_seen(read_cdr_imus(reader, on_topic, _FIRST_MESSAGES))
+            seen = first if all(first) else _halves_seen(read_cdr_imus(reader, on_topic))
             return _name_absent(seen)
         decoded, seen = _decoder_of(path), [False, False]
         for _, _, raw in reader.messages(connections=on_topic):
@@ -137,13 +137,11 @@ def _name_absent(seen: Sequence[bool]) -> list[str]:
     return [kind for kind, there in zip(_HALF, seen, strict=True) if any(seen) and not there]
 
 
-def _halves_seen(messages: McapMessages) -> list[bool]:
+def _halves_seen(rows: npt.NDArray[np.void]) -> list[bool]:
     """Return a flag each for gyro and accelerometer: any message has values of it."""
-    _, numbers = decode_cdr_imus(messages, [i for first in _FIRST for i in range(first, first + 4)])
-    halves = numbers[:4], numbers[4:]
     return [
-        bool(np.any((half[3] != _MARK) & np.any(np.not_equal(half[:3], 0.0), axis=0)))
-        for half in halves
+        bool(np.any((rows[f"{kind}_mark"] != _MARK) & np.any(rows[kind] != 0.0, axis=1)))
+        for kind in _HALF
     ]
 
 
@@ -156,11 +154,10 @@ def read_columns(path: Path, topic: str, wanted: Sequence[int]) -> list[Column]:
             own_connections = [c for c in on_topic if c.msgtype == kind and _is_decoded(c)]
             return decode_columns(plan, reader.messages(connections=own_connections), wanted)
         if isinstance(reader, McapReader):
-            places = [first + i for first in _FIRST for i in range(3)]
-            stamps, numbers = decode_cdr_imus(
-                reader.read([c for c in on_topic if _is_imu(c)]), places
-            )
-            return [numbers[i - 1] if i else stamps for i in wanted]
+            own_rows = read_cdr_imus(reader, [c for c in on_topic if _is_imu(c)])
+            stamps = own_rows["seconds"] * np.int64(1_000_000_000) + own_rows["nanoseconds"]
+            values = [own_rows[kind][:, i].astype(np.float64) for kind in _HALF for i in range(3)]
+            return [values[i - 1] if i else stamps for i in wanted]
     rows = _read_messages(path, topic)
     stamps = rows["seconds"] * 1_000_000_000 + rows["nanoseconds"]
     stamped_values = [stamps, *(rows[name] for name in _VALUE_NAMES)]
@@ -244,9 +241,22 @@ _PREFIX_BYTES = 4
 _FRAME_ID_OFFSET = _PREFIX_BYTES + 12
 
 
-_FIRST: Final = (13, 25)
-"""Numbers of a message before the rate and before the acceleration."""
 _FIRST_MESSAGES: Final = 1024
+_VALUE_BYTES: Final = 296
+_KEPT: Final = ((0, 16), (-192, -160), (-96, -64))
+"""Parts of a message: its stamp; rate and acceleration with the first number of the covariance."""
+_KEPT_DTYPE: Final = np.dtype(
+    [
+        ("representation", "u1", 4),
+        ("seconds", "<i4"),
+        ("nanoseconds", "<u4"),
+        ("frame_bytes", "<u4"),
+        ("gyro", "<f8", 3),
+        ("gyro_mark", "<f8"),
+        ("accel", "<f8", 3),
+        ("accel_mark", "<f8"),
+    ]
+)
 
 
 def decode_ros1_imu(raw: bytes, numbers: Mapping[str, struct.Struct] = _VALUE_STRUCTS) -> Imu:
@@ -263,28 +273,23 @@ def decode_cdr_imu(raw: bytes, numbers: Mapping[str, struct.Struct] = _VALUE_STR
     return (seconds, nanoseconds, *numbers[order].unpack_from(raw, _PREFIX_BYTES + aligned))
 
 
-def decode_cdr_imus(messages: McapMessages, places: Sequence[int]) -> tuple[Column, list[Column]]:
-    """Return the stamps, ns, and some of the 37 numbers of messages of ROS 2, each of shape (n,).
+def read_cdr_imus(
+    reader: McapReader, connections: Sequence[_Connection], *limit: int
+) -> npt.NDArray[np.void]:
+    """Return stamp, rate and acceleration of messages of ROS 2, shape (n,), from an MCAP file.
 
     Raises
     ------
     ValueError
-        If a message is shorter than its type.
+        If a message has more or fewer bytes than its type.
     """
-    little = (messages.field(1, "u1") & 1).astype(bool)
-    stamps = np.empty(len(little), np.int64)
-    numbers = [np.empty(len(little)) for _ in places]
-    for order, mask in (("<", little), (">", ~little)):
-        if not mask.any():
-            continue
-        own = messages.select(mask)
-        seconds, nanoseconds, length = (
-            own.field(_PREFIX_BYTES + 4 * i, f"{order}{kind}").astype(np.int64)
-            for i, kind in enumerate(("i4", "u4", "u4"))
-        )
-        aligned = -(-(_FRAME_ID_OFFSET - _PREFIX_BYTES + length) // 8) * 8
-        begins = (_PREFIX_BYTES + aligned).astype(np.uint64)
-        stamps[mask] = seconds * 1_000_000_000 + nanoseconds
-        for column, i in zip(numbers, places, strict=True):
-            column[mask] = own.field(begins + np.uint64(8 * i), f"{order}f8")
-    return stamps, numbers
+    messages = reader.read(connections, *limit, kept=_KEPT)
+    order = messages.begins // np.uint64(_KEPT_DTYPE.itemsize)
+    rows = messages.raw.view(_KEPT_DTYPE)[order]
+    big = rows["representation"][:, 1] & 1 == 0
+    if big.any():
+        rows[big] = rows[big].view(_KEPT_DTYPE.newbyteorder(">"))
+    aligned = -(-(_FRAME_ID_OFFSET - _PREFIX_BYTES + rows["frame_bytes"].astype(np.int64)) // 8) * 8
+    if np.any(_PREFIX_BYTES + aligned + _VALUE_BYTES != messages.lengths.astype(np.int64)):
+        raise ValueError(f"a message of {_IMU_TYPE} has another length than its type")
+    return rows

@@ -55,7 +55,7 @@ class ColumnRequest:
     unit: str | None = None
     time: str | int | None = None
     mixed: bool = False
-    """True if channels are of several units, so that there is no unit of all."""
+    """True if channels have different units."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ class Layout:
         return False
 
     def answer(self, cells: Sequence[str], texts: Sequence[str]) -> str:
-        """Return the answer to a line: texts in the place of channels, further ones at its end."""
+        """Return the line with `texts` in place of its channels; surplus ones are appended."""
         if self._is_all_channels:
             return ",".join(texts)
         whole = list(cells)

@@ -158,7 +158,7 @@ def filter_to_file(
     accel : LogFile, optional
         As in `run_filters`; memory holds one byte for each of its samples.
     methods, output, horizons, progress, **options
-        As of `run_filters`.
+        As in `run_filters`.
     force : bool
         Replace an existing file; default no.
     rows : int

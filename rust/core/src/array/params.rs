@@ -41,7 +41,7 @@ pub enum Weights {
 /// Parameters of a [`GyroArray`](super::GyroArray).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ArrayParams {
-    /// Samples a second.
+    /// Samples per second.
     pub rate: f64,
     /// Number of gyros.
     pub sensors: usize,

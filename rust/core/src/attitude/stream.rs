@@ -42,7 +42,7 @@ const GRAVITY_RANGE: [f64; 2] = [9.3, 10.3];
 /// Parameters of every estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AttitudeParams {
-    /// Samples a second.
+    /// Samples per second.
     pub rate: f64,
     /// Axes of the earth.
     pub frame: Frame,
@@ -470,7 +470,7 @@ impl<E: Estimator> Stream for Attitude<E> {
         self.forget();
     }
 
-    /// As of any stream, but always with the instructions of whoever calls it.
+    /// As for any stream, but always with the instructions of whoever calls it.
     #[inline(always)]
     fn run(&mut self, inputs: impl Iterator<Item = Sample>, mut put: impl FnMut([f64; 4])) {
         for input in inputs {
@@ -516,9 +516,9 @@ impl<E: Estimator> Traced for Attitude<E> {
 
 /// Names the type of an estimator in a checkpoint.
 pub trait Tagged: Estimator + Serialize + serde::de::DeserializeOwned {
-    /// As of [`Checkpoint::TAG`].
+    /// As in [`Checkpoint::TAG`].
     const TAG: &'static str;
-    /// As of [`Checkpoint::VERSION`].
+    /// As in [`Checkpoint::VERSION`].
     const VERSION: u16 = 3;
 }
 

@@ -126,7 +126,7 @@ pub const TILT_CONSTANTS: &[Constant<TiltConstants>] = &[
 /// Parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TiltParams {
-    /// Samples a second.
+    /// Samples per second.
     pub rate: f64,
     /// Combination of rate and angle.
     pub method: TiltMethod,

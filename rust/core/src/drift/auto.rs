@@ -25,7 +25,7 @@ use crate::stream::{Startup, Stream, Traced, Watch};
 /// Parameters of an [`AutoFilter`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AutoParams {
-    /// Samples a second.
+    /// Samples per second.
     pub rate: f64,
     /// Time of rest after which the noise counts as known, s.
     pub startup: f64,

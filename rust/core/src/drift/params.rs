@@ -78,7 +78,7 @@ impl Behaviour {
 /// Parameters of a [`DriftFilter`](crate::DriftFilter).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Params {
-    /// Samples a second.
+    /// Samples per second.
     pub rate: f64,
     /// Adaptive covariances.
     pub method: Method,

@@ -128,7 +128,7 @@ impl ConstantsCovariance {
     }
 
     /// Gains of a scalar that errors move by `h` and constants by `hw`.
-    fn gain(&self, h: &Row, hw: &Constants) -> Constants {
+    pub fn gain(&self, h: &Row, hw: &Constants) -> Constants {
         core::array::from_fn(|k| {
             let of_errors = (0..STATES).map(|i| self.cross[k][i] * h[i]).sum::<f64>();
             of_errors + (0..CONSTANTS).map(|l| self.own[k][l] * hw[l]).sum::<f64>()
@@ -161,7 +161,7 @@ pub(crate) struct Course {
 
 /// Variances a step adds: of white noise through the orientation, and of the walks of the biases.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Growth {
+pub struct Growth {
     phi: Matrix3<f64>,
     velocity_phi: Matrix3<f64>,
     velocity: Matrix3<f64>,
@@ -298,7 +298,11 @@ fn lessen(row: &mut Row, own: f64, gain: &Row, inverse: f64) {
 
 impl Growth {
     /// Over half a step: white noise of gyro and accelerometer, N², and walks of their biases, K².
-    pub fn over_half(course: &Course, white: [&Vector3<f64>; 2], walk: [&Vector3<f64>; 2]) -> Self {
+    pub(crate) fn over_half(
+        course: &Course,
+        white: [&Vector3<f64>; 2],
+        walk: [&Vector3<f64>; 2],
+    ) -> Self {
         let half = 0.5 * course.seconds;
         let through = |n: &Vector3<f64>| {
             let scaled = course.attitude * Matrix3::from_diagonal(&(n * half));
@@ -313,7 +317,7 @@ impl Growth {
     }
 
     /// Additional variances of an orientation and a velocity that were not measured.
-    pub fn add_unknown(&mut self, course: &Course, phi: f64, velocity: f64) {
+    pub(crate) fn add_unknown(&mut self, course: &Course, phi: f64, velocity: f64) {
         let v = course.velocity.cross_matrix();
         self.phi += Matrix3::from_diagonal_element(phi);
         self.velocity_phi -= v * phi;

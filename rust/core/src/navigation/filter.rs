@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::coasting::TakenFix;
 use super::covariance::{
     ACCEL, ANTENNA, Constants, ConstantsCovariance, Course, Covariance, Errors, GYRO, Growth,
     Innovation, PHI, STATES, Scalar, Transition, V,
@@ -92,9 +93,20 @@ pub struct Snapshot {
 
 /// Records the steps of a filter, for the smoother.
 pub trait Observer {
+    /// True if it takes what a fix measures, by `record_fix`.
+    const TAKES_FIXES: bool = false;
     /// Take the number of the sample under way.
     #[inline(always)]
     fn sample(&mut self, _number: usize) {}
+    /// Record what a step of some seconds does to a covariance, before `record_step`.
+    #[inline(always)]
+    fn record_growth(&mut self, _transition: &Transition, _growth: &Growth, _seconds: f64) {}
+    /// Record a position or a velocity that is taken, before `record_correction`.
+    #[inline(always)]
+    fn record_fix(&mut self, _fix: &TakenFix) {}
+    /// Record that the fix under way ends an outage.
+    #[inline(always)]
+    fn mark_return(&mut self) {}
     /// Record a step of the covariance, by `transition` to `covariance`.
     fn record_step(&mut self, transition: &Transition, covariance: &Covariance, motion: &Motion);
     /// Record that `found` was taken out of the motion.
@@ -202,6 +214,8 @@ pub(crate) struct Sums {
     pub velocity: Vector3<f64>,
     /// Of the rate, biases in it.
     pub gyro: Vector3<f64>,
+    /// Of squared changes of the angle's rate from sample to sample, rad².
+    pub vibration: Vector3<f64>,
     /// Seconds in which a rate or a force was unknown.
     pub unknown: [f64; 2],
 }
@@ -215,6 +229,7 @@ impl Sums {
             attitude: Matrix3::zeros(),
             velocity: Vector3::zeros(),
             gyro: Vector3::zeros(),
+            vibration: Vector3::zeros(),
             unknown: [0.0; 2],
         }
     }
@@ -301,7 +316,7 @@ impl NavigationFilter {
     /// The same, with an observer.
     ///
     /// # Errors
-    /// As of [`update`](Self::update).
+    /// As in [`update`](Self::update).
     #[inline]
     pub fn update_before<W: Observer>(
         &mut self,
@@ -367,6 +382,10 @@ impl NavigationFilter {
     fn step(&mut self, sample: &Inertial, dt: f64) -> Step {
         let (gyro, accel) = (self.sensors.gyro, self.sensors.accel);
         let (now, force) = self.measure(sample, dt);
+        if self.params.gyro_vibration > 0.0 {
+            let change = (now - gyro) * dt;
+            self.sums.vibration += change.component_mul(&change);
+        }
         // Increments are means already.
         let (rate, mean) = match self.params.kind {
             Kind::Rate => ((gyro + now) * (0.5 * dt), (accel + force) * (0.5 * dt)),
@@ -449,7 +468,7 @@ impl NavigationFilter {
     #[inline(never)]
     pub(crate) fn propagate_with<W: Observer>(&mut self, extra: [f64; 2], observer: &mut W) {
         let sums = self.sums;
-        let Sums { seconds, samples, attitude, velocity, unknown, .. } = sums;
+        let Sums { seconds, samples, attitude, velocity, vibration, unknown, .. } = sums;
         if samples == 0.0 {
             return;
         }
@@ -465,9 +484,15 @@ impl NavigationFilter {
         };
         let transition = Transition::over(&course);
         let params = &self.params;
+        let mut gyro_noise = Vector3::from(params.gyro_noise);
+        if params.gyro_vibration > 0.0 {
+            // A change has the noise of two samples.
+            let share = params.gyro_vibration * params.gyro_vibration;
+            gyro_noise += vibration * (0.5 * share / seconds);
+        }
         let mut growth = Growth::over_half(
             &course,
-            [&params.gyro_noise.into(), &params.accel_noise.into()],
+            [&gyro_noise, &params.accel_noise.into()],
             [&params.gyro_walk.into(), &params.accel_walk.into()],
         );
         let more = [0, 1].map(|i| UNKNOWN_DENSITIES[i] * unknown[i] + extra[i]);
@@ -475,6 +500,7 @@ impl NavigationFilter {
             growth.add_unknown(&course, 0.5 * more[0], 0.5 * more[1]);
         }
         self.covariance.propagate(&transition, &growth);
+        observer.record_growth(&transition, &growth, seconds);
         self.sums = Sums::new();
         self.wheels = (self.wheels + seconds).min(MAX_TIME);
         if !self.is_somewhere() {
@@ -545,7 +571,7 @@ impl NavigationFilter {
     /// The same, with an observer.
     ///
     /// # Errors
-    /// As of [`update_gnss`](Self::update_gnss).
+    /// As in [`update_gnss`](Self::update_gnss).
     pub fn update_gnss_before<W: Observer>(
         &mut self,
         fix: &Fix,

@@ -11,7 +11,9 @@
 //! 1994. P. G. Savage, *J. Guidance, Control, and Dynamics* 21(1) and 21(2), 1998.
 
 mod aiding;
+mod bank;
 mod batch;
+mod coasting;
 mod covariance;
 mod earth;
 mod event;
@@ -27,8 +29,12 @@ mod params;
 mod smoother;
 mod validity;
 
-pub use batch::{Batch, Known, Next};
-pub use covariance::{CONSTANTS, Constants, Covariance, Errors, STATES, Scalar, Transition};
+pub use bank::{NOISE_FACTORS, NavigationBank};
+pub use batch::{Batch, Known, Navigates, Next, Observed};
+pub use coasting::TakenFix;
+pub use covariance::{
+    CONSTANTS, Constants, Covariance, Errors, Growth, STATES, Scalar, Transition,
+};
 pub use earth::{LocalEarth, normal_gravity};
 pub use event::Event;
 pub use filter::{FixCounts, Inertial, NavigationFilter, Observer, Snapshot, Status};

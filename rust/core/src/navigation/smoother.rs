@@ -646,6 +646,7 @@ mod tests {
             accel_noise: [4e-4; 3],
             gyro_walk: [1e-10; 3],
             accel_walk: [2.5e-7; 3],
+            gyro_vibration: 0.0,
             antenna: [0.5, 0.0, -1.0],
             antenna_sigma: [antenna_sigma; 3],
             consider_antenna,

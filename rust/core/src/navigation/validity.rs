@@ -15,7 +15,7 @@ use crate::math::validity::{are_within, is_count, is_size, is_whole, is_within};
 
 impl Checkpoint for NavigationFilter {
     const TAG: &'static str = "navigation";
-    const VERSION: u16 = 6;
+    const VERSION: u16 = 7;
 
     fn is_valid(&self) -> bool {
         let chosen = self.params.validate().is_ok() && self.start.validate().is_ok();
@@ -75,7 +75,7 @@ impl Motion {
 impl Covariance {
     /// Symmetric and semidefinite: what looks like a covariance pair by pair may still turn a variance
     /// below zero at the next measurement.
-    fn is_valid(&self) -> bool {
+    pub(super) fn is_valid(&self) -> bool {
         let symmetric = |i: usize| (0..=i).all(|j| is_same(self.at(i, j), self.at(j, i)));
         let upper = Symmetric::<f64, STATES>::from_upper(|i, j| self.at(i, j));
         (0..STATES).all(|i| symmetric(i) && self.at(i, STATES) == 0.0)
@@ -136,6 +136,7 @@ impl Sums {
             && are_within(&self.attitude, 2.0 * n)
             && are_within(&self.velocity, 4e5 * n)
             && are_within(&self.gyro, rates.x)
+            && self.vibration.iter().all(|x| is_size(*x, 4.0 * MAX_SAMPLE * MAX_SAMPLE * n))
             && self.unknown.iter().all(|x| is_size(*x, self.seconds * 1.001))
     }
 }

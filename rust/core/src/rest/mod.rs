@@ -107,7 +107,7 @@ pub struct RestDetector<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
-    /// A detector for `rate` samples a second.
+    /// A detector for `rate` samples per second.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the rate or a limit is not a positive number.
@@ -192,7 +192,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.decision.times.tick
     }
 
-    /// Samples a second.
+    /// Samples per second.
     pub fn rate(&self) -> f64 {
         self.rate
     }

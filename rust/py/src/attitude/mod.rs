@@ -504,7 +504,7 @@ getters! { Attitude, slf, py, this;
     rates_left_out: Object<'py> = this.shared.numbers(py, this.shared.bank.rates_left_out())?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.shared.bank.params().rate;
     /// The method.
     method: &'static str = this.shared.bank.method();

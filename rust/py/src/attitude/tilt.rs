@@ -35,7 +35,7 @@ const WIDTH: usize = 3;
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second.
+///     Samples per second.
 /// method : {"complementary", "kalman"}, default "complementary"
 ///     Combination of rate and angle.
 /// channels : int, optional
@@ -185,7 +185,7 @@ getters! { Tilt, slf, py, this;
     bias_sigma: Object<'py> = this.shared.each(py, Core::bias_sigma)?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.first().params().rate;
     /// Combination of rate and angle.
     method: &'static str = this.first().params().method.name();

@@ -17,15 +17,15 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 /// temperature. Kalman filters with the states bias and slope and ``H = [1, T - reference]`` differ
 /// in the random walk of the bias and are weighted by their likelihoods; there is nothing to tune.
 ///
-/// A thermometer of whole degrees is averaged over as many ticks as lie between two of its steps. A
-/// rate or a temperature that is not finite is missing: the bias is then held, or learned at the
-/// last temperature. Before the first rest the bias is zero. One object serves one thread at a
-/// time.
+/// A thermometer with a resolution of whole degrees is averaged over the ticks between two of its
+/// steps. A rate or a temperature that is not finite is missing: the bias is then held, or learned
+/// at the last temperature. Before the first rest the bias is zero. One object serves one thread at
+/// a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second.
+///     Samples per second.
 /// reference : float, default 25.0
 ///     Temperature of the bias state, degC; without effect once the slope is known.
 /// slope : float, optional
@@ -36,7 +36,7 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 /// walk : float, optional
 ///     Random walk of the bias, unit per root second; by default it is learned.
 /// rest_limit, bias_limit : float, optional
-///     As of `RestDetector`.
+///     As in `RestDetector`.
 /// channels : int, optional
 ///     Number of signals; ``None`` is a single one.
 ///
@@ -174,7 +174,7 @@ getters! { TemperatureFilter, slf, py, this;
     at_rest: Object<'py> = this.shared.each(py, Core::at_rest)?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.first().params().rate;
     /// Temperature of the bias state, degC.
     reference: f64 = this.first().params().reference;

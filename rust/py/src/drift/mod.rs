@@ -44,7 +44,7 @@ use crate::common::work::in_pieces;
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second.
+///     Samples per second.
 /// method : {"auto", "kf", "akf", "fading", "robust"}, default "auto"
 /// ``"auto"`` tunes itself. ``"kf"`` is a Kalman filter of an ARMA model; ``"akf"`` also adapts the
 /// measurement noise R with equal weights; ``"fading"`` adapts R with fading memory, and the
@@ -219,7 +219,7 @@ impl DriftFilter {
         Ok(Self { options: plain.options, shared })
     }
 
-    /// ``process`` for a replay: a row an axis in, (k, n), the drift out, and, if asked for,
+    /// ``process`` for a replay: one row per axis in, (k, n), the drift out, and, if asked for,
     /// what the trace says of its deviation, of rest and of a stuck sensor; ``moving`` is that of
     /// ``process``, and needs what is noted. The interpreter lock is released.
     #[pyo3(signature = (z, out, noted=None, moving=None))]
@@ -390,7 +390,7 @@ getters! { DriftFilter, slf, py, this;
     stuck_count: Object<'py> = this.each(py, |filter| filter.tally().stuck)?;
     /// True after the start-up: bool, with channels (k,).
     ready: Object<'py> = this.each(py, |filter| filter.ready())?;
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.options.params.rate;
     /// Orders (p, q) of the model; None for ``"auto"``, which has no ARMA model.
     order: Option<(usize, usize)> = {

@@ -28,7 +28,7 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second, 48 to 1200.
+///     Samples per second, 48 to 1200.
 /// floor : {None, "level"}
 ///     "level": a stance within 0.1 m of the previous height has that height.
 /// gyro_range : float, optional
@@ -194,7 +194,7 @@ getters! { FootFilter, slf, py, this;
     samples_seen: u64 = this.first().samples_seen();
     /// Delay of the outputs behind the last sample, s.
     delay: f64 = this.first().delay();
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.first().params().rate;
 }
 

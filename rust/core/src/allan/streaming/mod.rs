@@ -39,7 +39,7 @@ impl StreamingAllan {
     /// The most octaves: 8 million samples, 256 MiB.
     pub const MAX_OCTAVES: usize = 24;
 
-    /// An estimator for `rate` samples a second; the rate scales only the averaging times.
+    /// An estimator for `rate` samples per second; the rate scales only the averaging times.
     ///
     /// # Errors
     /// [`Error::Parameter`] for the rate, or octaves out of 1 to
@@ -93,7 +93,7 @@ impl StreamingAllan {
         differences
     }
 
-    /// Samples a second.
+    /// Samples per second.
     pub fn rate(&self) -> f64 {
         self.rate
     }

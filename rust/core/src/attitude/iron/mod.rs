@@ -1,7 +1,7 @@
 //! The filter that learns a magnetometer's hard iron while it runs.
 //!
 //! The gyro says how a field that stands still must turn in the sensor; what does not turn is iron.
-//! As of a record, in [`magnet`](crate::calibrate::magnet), but forward only: four filters of hard
+//! As for a record, in [`magnet`](crate::calibrate::magnet), but forward only: four filters of hard
 //! iron and field, begun at different seconds, and one path through them. A hard iron is taken off
 //! once it leaves so little of the field's scatter that it is none of a room; until then the answer
 //! is that of the filter alone, to the last bit.

@@ -58,7 +58,7 @@ pub struct Step {
 pub trait Linearised: core::fmt::Debug + Clone + Copy + PartialEq {
     /// Its name as a method.
     const METHOD: &'static str;
-    /// As of a checkpoint.
+    /// As in a checkpoint.
     const TAG: &'static str;
 
     /// Propagate mean and covariance through a step.

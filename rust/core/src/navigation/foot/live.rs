@@ -33,14 +33,14 @@ const MIN_END_RATIO: f64 = 5.0;
 const MAX_CLIPPED_S: f64 = 0.05;
 /// Largest range of a gyro, rad/s.
 const MAX_RANGE: f64 = 1e4;
-/// Most samples a second.
+/// Most samples per second.
 const MAX_RATE_HZ: f64 = 1200.0;
 const MAX_BOUND: f64 = 1e9;
 
 /// Parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FootParams {
-    /// Samples a second.
+    /// Samples per second.
     pub rate: f64,
     /// True if the floor is level, steps excepted.
     pub level: bool,
@@ -449,7 +449,7 @@ impl Stream for FootFilter {
 
 impl Checkpoint for FootFilter {
     const TAG: &'static str = "foot";
-    const VERSION: u16 = 2;
+    const VERSION: u16 = 3;
 
     fn is_valid(&self) -> bool {
         let bound = |x: f64| is_size(x, MAX_BOUND) || x == f64::INFINITY;

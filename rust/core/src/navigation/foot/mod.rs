@@ -67,7 +67,7 @@ const MIN_STANCE_INTERVAL_S: f64 = 0.15;
 const MAX_FIRST_REST_S: f64 = 1.5;
 /// A missing sample is the last one for so long, s.
 const MAX_HELD_S: f64 = 0.1;
-/// Fewest samples a second.
+/// Fewest samples per second.
 const MIN_RATE_HZ: f64 = 1.0 / 0.021;
 
 /// The samples in so many seconds, one at least; halves to even.
