@@ -120,10 +120,13 @@ class _Run:
     )
     gyro_noise: Path | None = option(
         None,
-        "Gyro noise (JSON of zerorate allan --export json). By default that of a consumer sensor.",
+        "Gyro noise (JSON of zerorate allan --export json, or Kalibr's imu.yaml). By default that "
+        "of a consumer sensor.",
         metavar="MODEL",
     )
-    accel_noise: Path | None = option(None, "Accelerometer noise (the same JSON).", metavar="MODEL")
+    accel_noise: Path | None = option(
+        None, "Accelerometer noise (a file of the same kind).", metavar="MODEL"
+    )
     noise: Literal["auto", "stated"] = option(
         "auto",
         "Process noise. auto: fitted so that errors without fixes agree with their sigma; stated "

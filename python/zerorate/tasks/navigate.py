@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -37,6 +38,7 @@ from zerorate.navigation.track import Track, explain_no_start
 from zerorate.navigation.tracks import write_geojson, write_gpx
 from zerorate.navigation.wheels import Wheels
 from zerorate.noise import NoiseModel, worst_axis
+from zerorate.noise.quantities import Quantity
 from zerorate.progress import Progress, choose_reporter
 from zerorate.record.fixes import Fixes
 from zerorate.record.log import Log, LogError
@@ -284,7 +286,8 @@ def navigate(
     tick : float, optional
         Metres per tick; by default from the receiver's speed.
     gyro_noise, accel_noise : NoiseModel or path, optional
-        Noise of the sensors. Default: the noise of consumer sensors.
+        Noise of the sensors, or a file of it: JSON, or an ``imu.yaml`` of Kalibr. Default: the
+        noise of consumer sensors.
     noise : {"auto", "stated"}
         Process noise of the filter. "auto": fitted so that coasting errors agree with the filter's
         standard deviations (`zerorate.navigation.find_noise`); the noise of given models is only
@@ -458,8 +461,11 @@ def _load_noise_models(
 
 def _load_noise_model(path: Path, quantity: str) -> NoiseModel:
     """Return the model in a file, or the worst axis of those of a quantity in one of several."""
+    text = read_regular_text(path)
+    if (model := _read_kalibr(text, quantity)) is not None:
+        return model
     try:
-        content = json.loads(read_regular_text(path))
+        content = json.loads(text)
         axes = content.get("axes") if isinstance(content, dict) else None
         if not isinstance(axes, dict):
             return NoiseModel.from_json(path)
@@ -470,9 +476,27 @@ def _load_noise_model(path: Path, quantity: str) -> NoiseModel:
         if not matching:
             raise ValueError(f"no axis has a model of {quantity}")
         return worst_axis(matching)
+    except json.JSONDecodeError:
+        expected = "the JSON of 'zerorate allan --export json' or an imu.yaml of Kalibr"
+        raise LogError(f"{path}: it holds no noise of this sensor; expected {expected}") from None
     except ValueError as error:
         text = str(error)
         raise LogError(text if text.startswith(str(path)) else f"{path}: {text}") from None
+
+
+def _read_kalibr(text: str, quantity: str) -> NoiseModel | None:
+    """Return the model of a sensor in an ``imu.yaml`` of Kalibr, None if it holds none.
+
+    Its densities are those of continuous time; all other coefficients are unknown.
+    """
+    of: Quantity = "acceleration" if quantity == "acceleration" else "angular rate"
+    sensor = "accelerometer" if of == "acceleration" else "gyroscope"
+    names = (f"{sensor}_noise_density", f"{sensor}_random_walk")
+    found = [re.search(rf"(?m)^[ \t]*{name}[ \t]*:[ \t]*([-+.\deE]+)", text) for name in names]
+    white, walk = (None if match is None else float(match[1]) for match in found)
+    if white is None and walk is None:
+        return None
+    return NoiseModel(white, rate_random_walk=walk, quantity=of)
 
 
 def _load_truth(reference: Poses | Fixes | PathLike, offset: float) -> Poses | Fixes:
