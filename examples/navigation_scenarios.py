@@ -15,7 +15,7 @@ import numpy as np
 import vehicles
 import zerorate as zr
 from tables import table
-from zerorate.geometry.earth import local_ned
+from zerorate.geometry.earth import local_ned, offset_position
 from zerorate.geometry.rotations import (
     from_rotation_vectors,
     inverse,
@@ -144,15 +144,20 @@ def without(fixes, *spans):
     return fixes.chosen(~np.any(inside, axis=0))
 
 
-def disturbed(fixes, spans, seed, sigma, keep=1.0):
-    """Return fixes with more noise in some spans than they state, some of them lost."""
+def disturbed(fixes, spans, seed, sigma, *, keep=1.0, wrong=0.0, understated=1.0):
+    """Return fixes with more noise in some spans, which they state; some are lost, some wrong."""
     random = np.random.default_rng([seed, 5])
     inside = np.any([(fixes.time > a) & (fixes.time <= b) for a, b in spans], axis=0)
     off = sigma * random.standard_normal((len(fixes), 3)) * inside[:, np.newaxis]
     velocity = fixes.velocity + 0.05 * off
-    position = zr.geometry.earth.offset_position(fixes.position, off)
+    off[random.uniform(size=len(fixes)) < wrong] *= 5.0
+    position = offset_position(fixes.position, off)
     lost = inside & (random.uniform(size=len(fixes)) > keep)
-    return replace(fixes, position=position, velocity=velocity).chosen(~lost)
+    stated = (sigma / understated) * inside[:, np.newaxis]
+    sigmas = np.hypot(fixes.position_sigma, stated), np.hypot(fixes.velocity_sigma, 0.05 * stated)
+    changed = {"position": position, "velocity": velocity}
+    changed |= {"position_sigma": sigmas[0], "velocity_sigma": sigmas[1]}
+    return replace(fixes, **changed).chosen(~lost)
 
 
 def at_times(drive, values, sigma=None):
@@ -203,8 +208,25 @@ def two_antennas(seed):
     return made
 
 
+def canyon(seed, **how):
+    """Return a car among houses: half of the fixes lost, one in twelve off by 60 m."""
+    known = {"sigma": 12.0, "keep": 0.5, "wrong": 0.08, **how}
+    return case("car", seed, aids=carried, fixes=lambda d: disturbed(d.fixes, CANYON, seed, **known))
+
+
+def jammed(seed, **how):
+    """Return a car whose receiver is noisier, silent for 30 s, and noisier again."""
+    noisier = {"sigma": 10.0, **how}
+
+    def fixes(drive):
+        return without(disturbed(drive.fixes, NOISY, seed, **noisier), (70.0, 100.0))
+
+    return case("car", seed, aids=carried, fixes=fixes)
+
+
 MAGNET = ((60.0, 75.0, 0.7), (100.0, 103.0, -0.9))
 FROZEN = ((60.0, 80.0),)
+NOISY = ((60.0, 70.0), (100.0, 110.0))
 CANYON = ((40.0, 65.0), (80.0, 110.0))
 SCENARIOS = {
     "car, start at rest, heading by compass": partial(
@@ -214,13 +236,8 @@ SCENARIOS = {
     "aeroplane, thrown with 3 g": partial(
         case, "plane", motion=launched, speed=15.0, aids=carried
     ),
-    "car, urban canyon": lambda seed: case(
-        "car", seed, aids=carried, fixes=lambda d: disturbed(d.fixes, CANYON, seed, 15.0, 0.5)
-    ),
-    "car, receiver jammed for 30 s": lambda seed: case(
-        "car", seed, aids=carried,
-        fixes=lambda d: without(disturbed(d.fixes, ((60, 70), (100, 110)), seed, 10.0), (70, 100)),
-    ),
+    "car, urban canyon": lambda seed: canyon(seed),
+    "car, receiver jammed for 30 s": lambda seed: jammed(seed),
     "boat, compass frozen for 20 s": partial(
         case, "boat", aids=partial(carried, frozen=FROZEN)
     ),
@@ -303,9 +320,9 @@ def fix_errors(made, after):
     return np.hypot(*off[fixes.time > after].T)
 
 
-def study(work, name, seed):
+def study(work, understates, name, seed):
     """Return the numbers of one run, which `work` makes of a case."""
-    made = SCENARIOS[name](seed)
+    made = (UNDERSTATED if understates else SCENARIOS)[name](seed)
     rows = work(made)
     at_fixes = np.isin(rows[:, 0].round(), made.fixes.time.round())
     return rows, fix_errors(made, made.start.time + SETTLED_S), at_fixes
@@ -327,20 +344,75 @@ def summary(results):
     return nees, false, missed, usable.mean(), track, fixes
 
 
+UNDERSTATED = {
+    "car, urban canyon": partial(canyon, understated=2.5),
+    "car, receiver jammed for 30 s": partial(jammed, understated=2.5),
+}
+"""Receivers that state 2/5 of their noise, suddenly."""
+
+
+def heights(seed):
+    """Return σ and error of a drone's height after 10 s without fixes, without and with aids."""
+    made = case("drone", seed, aids=carried, fixes=lambda d: without(d.fixes, (90.0, 100.5)))
+    rows = []
+    for aids in ({}, {"pressure": made.aids["pressure"]}):
+        found = run(replace(made, aids=aids))
+        at = np.argmin(np.abs(found[:, 0] - 100.0))
+        rows += [found[at, 22], found[at, 8]]
+    return rows
+
+
+def headings(seed):
+    """Return errors and σ of the heading of a robot that stands, with a compass, each 10 s."""
+    made = SCENARIOS["robot, stands for 70 s"](seed)
+    found = run(made)
+    stands = (found[:, 0] > 60.0) & (found[:, 0] < 115.0)
+    alone = run(replace(made, aids={}))[stands]
+    found = found[stands]
+    return np.column_stack([found[:, 11], found[:, 23], alone[:, 11], alone[:, 23]])[::10]
+
+
 def main(seeds=SEEDS, work=run):
-    """Print the table of a filter, which `work` runs."""
+    """Print the tables of a filter, which `work` runs."""
     head = ("scenario", "ANEES", "position", "height", "velocity", "tilt", "heading")
     head += ("usable", "usable, but off", "not, but within", "track, m", "fixes, m")
     rows = []
     with ProcessPoolExecutor(2) as pool:
         for name in SCENARIOS:
-            found = summary(list(pool.map(partial(study, work, name), range(seeds))))
-            nees, false, missed, usable, track, fixes = found
-            rows.append((name, *(f"{x:.2f}" for x in nees), f"{usable:.1%}", f"{false:.2%}",
-                         f"{missed:.2%}", f"{track:.2f}", f"{fixes:.2f}"))  # fmt: skip
-            print(*rows[-1], sep=" | ", file=sys.stderr, flush=True)
-    title = f"Fourteen scenarios, {seeds} seeds each"
-    print(table(title, head, rows, markdown=True), flush=True)
+            rows.append(row_of(pool, name, work, seeds))
+        title = f"Fourteen scenarios, {seeds} seeds each"
+        print(table(title, head, rows, markdown=True), flush=True)
+        if work is not run:
+            return
+        rows = [row_of(pool, name, work, seeds, True) for name in UNDERSTATED]
+        print(table("Receivers that understate", head, rows, markdown=True), flush=True)
+        print_aids(pool, seeds)
+
+
+def row_of(pool, name, work, seeds, understates=False):
+    """Return the cells of a scenario."""
+    found = summary(list(pool.map(partial(study, work, understates, name), range(seeds))))
+    nees, false, missed, usable, track, fixes = found
+    cells = [*(f"{x:.2f}" for x in nees), f"{usable:.1%}", f"{false:.2%}", f"{missed:.2%}"]
+    row = (name, *cells, f"{track:.2f}", f"{fixes:.2f}")
+    print(*row, sep=" | ", file=sys.stderr, flush=True)
+    return row
+
+
+def print_aids(pool, seeds):
+    """Print what a barometer does for the height, and a compass at rest."""
+    found = np.array(list(pool.map(heights, range(seeds))))
+    without_aid, with_aid = (f"{rms(x):.2f}" for x in (found[:, 0], found[:, 2]))
+    scaled = rms(found[:, 3] / found[:, 2])
+    ratio = rms(found[:, 2]) / rms(found[:, 0])
+    rows = [("height after 10 s, drone, barometer: σ, m", without_aid, with_aid, f"{ratio:.2f}",
+             f"{scaled:.2f}")]  # fmt: skip
+    found = np.degrees(np.vstack(list(pool.map(headings, range(seeds)))))
+    ratio, scaled = rms(found[:, 1]) / rms(found[:, 3]), rms(found[:, 0] / found[:, 1])
+    sizes = (f"{rms(x):.2f}" for x in (found[:, 3], found[:, 1]))
+    rows.append(("heading at rest, robot, compass: σ, deg", *sizes, f"{ratio:.2f}", f"{scaled:.2f}"))
+    head = ("quantity", "without", "with", "ratio", "error / σ")
+    print(table("Barometer and compass", head, rows, markdown=True), flush=True)
 
 
 if __name__ == "__main__":

@@ -69,6 +69,8 @@ if TYPE_CHECKING:
 PathLike = str | os.PathLike[str]
 _START_READINGS: Final = 10
 """Readings of a compass whose mean is the heading at the start."""
+_COMPASS_SIGMA_RAD: Final = float(NAVIGATION_OPTIONS["compass_sigma"].default)
+"""Offset of a compass that the filter expects, rad."""
 StatedNoise = NoiseModel | PathLike | None
 """A model of a sensor's noise, or the file of one."""
 
@@ -481,8 +483,9 @@ class _Run:
         nav = beginning.filter(**self.options)
         inputs: dict[str, Any] = {"wheel_speed": self.speed, "time_offset": beginning.time_offset}
         judged = self._judge_aids(nav, inputs)
-        if abs(judged.heading_offset) > nav.compass_sigma and "compass_sigma" not in self.options:
-            nav = beginning.filter(**self.options, compass_sigma=abs(judged.heading_offset))
+        offset = abs(judged.heading_offset)
+        if offset > _COMPASS_SIGMA_RAD and "compass_sigma" not in self.options:
+            nav = beginning.filter(**self.options, compass_sigma=offset)
         inputs |= judged.aids
         keep: Literal["all", "track"] = "all" if self.smooth else "track"
         track = nav.copy().process(beginning.recording, self.fixes, keep=keep, **inputs)
