@@ -20,7 +20,8 @@ use zerorate_core::identification::Estimator as Autoregression;
 use zerorate_core::linear::{Batch, Known, LinearBank, Model};
 use zerorate_core::navigation::foot::{FootFilter, FootParams};
 use zerorate_core::navigation::{
-    Adapt, Fix, Inertial, Kind, NavigationFilter, NavigationParams, Record as Steps, Start,
+    Adapt, AidParams, Fix, Inertial, Kind, LIMITS, NavigationFilter, NavigationParams,
+    Record as Steps, Start,
 };
 use zerorate_core::stream::checkpoint::{self, Checkpoint};
 use zerorate_core::stream::{Input, Output};
@@ -219,6 +220,8 @@ fn navigator() -> NavigationFilter {
         adapt: Adapt::Inflate,
         covariance_step: 0.1,
         kind: Kind::Rate,
+        aids: AidParams::default(),
+        limits: LIMITS,
     };
     let start = Start {
         time: 0.0,

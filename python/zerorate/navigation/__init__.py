@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from zerorate.lazy import lazy_exports
 
 if TYPE_CHECKING:
+    from zerorate.navigation.aids import AID_KINDS, OUTPUTS, Aid, AidResults
     from zerorate.navigation.alignment import Alignment, align
     from zerorate.navigation.axes import Axes
     from zerorate.navigation.begin import Beginning, find_beginning
@@ -25,8 +26,12 @@ if TYPE_CHECKING:
     from zerorate.navigation.wheels import Wheels
 
 __all__ = [
+    "AID_KINDS",
+    "OUTPUTS",
     "STATUSES",
     "VERDICTS",
+    "Aid",
+    "AidResults",
     "Alignment",
     "Axes",
     "Beginning",
@@ -48,6 +53,7 @@ __all__ = [
 ]
 
 _LAZY_EXPORTS: Final = {
+    "aids": "AID_KINDS OUTPUTS Aid AidResults",
     "alignment": "Alignment align",
     "axes": "Axes",
     "begin": "Beginning find_beginning",

@@ -5,8 +5,9 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use zerorate_core::navigation::{
-    Adapt, Batch, Fix, FixCounts, Inertial, Kind, Known, NavigationFilter as Core,
-    NavigationParams, Next, Record, Rolling, STATES, Start, Wheels,
+    AID_SENSORS, Adapt, Aid, AidParams, AidReport, Batch, Fix, FixCounts, Inertial, Kind, Known,
+    LIMITS, Limits, NavigationFilter as Core, NavigationParams, Next, OUTPUTS, Reading, Record,
+    Rolling, STATES, Start, WHEELED_LIMITS, Wheels,
 };
 use zerorate_core::{Error, checkpoint, memory};
 
@@ -77,6 +78,20 @@ const BYTES: usize = 1 << 13;
 ///     Time between two steps of the covariance, s.
 /// kind : {"rate", "increment"}, default "rate"
 ///     Samples are rates and forces, or their integrals since the sample before.
+/// barometer_sigma : float, default 0.5
+///     Standard deviation of a barometric height for which none is given, m.
+/// barometer_walk : float, default 0.05
+///     Random walk of the barometer's reference, m/sqrt(s).
+/// compass_sigma : float, default 0.035
+///     Standard deviation of the compass's constant offset before the first reading, rad; 0: none.
+/// compass_walk : float, default 0.001
+///     Random walk of that offset, rad/sqrt(s).
+/// baseline : array_like, shape (3,), optional
+///     Vector from the first to the second antenna, body axes, m.
+/// limits : dict of str to float, optional
+///     Standard deviations up to which outputs are ``usable``: "position" (horizontal) and "height",
+///     m, "velocity", m/s, "attitude" (roll and pitch) and "heading", rad; default 10, 10, 1, 0.05,
+///     0.17, or 5, 5, 0.5, 0.05, 0.1 for "wheeled".
 ///
 /// Raises
 /// ------
@@ -135,11 +150,14 @@ impl NavigationFilter {
         signature = (
             start, *, gyro=None, accel=None, antenna=None, antenna_sigma=None,
             consider_antenna=false, vehicle=None, axle=None, wheel_sigma=None, speed_sigma=None,
-            gate=50.0, adapt="inflate", covariance_step=0.1, kind="rate"
+            gate=50.0, adapt="inflate", covariance_step=0.1, kind="rate", barometer_sigma=0.5,
+            barometer_walk=0.05, compass_sigma=0.035, compass_walk=0.001, baseline=None, limits=None
         ),
         text_signature = "(start, *, gyro=None, accel=None, antenna=(0.0, 0.0, 0.0), \
             antenna_sigma=0.0, consider_antenna=False, vehicle=None, axle=None, wheel_sigma=None, \
-            speed_sigma=None, gate=50.0, adapt='inflate', covariance_step=0.1, kind='rate')"
+            speed_sigma=None, gate=50.0, adapt='inflate', covariance_step=0.1, kind='rate', \
+            barometer_sigma=0.5, barometer_walk=0.05, compass_sigma=0.035, compass_walk=0.001, \
+            baseline=None, limits=None)"
     )]
     // The arguments are those of the class in Python.
     #[allow(clippy::too_many_arguments)]
@@ -158,6 +176,12 @@ impl NavigationFilter {
         adapt: &str,
         covariance_step: f64,
         kind: &str,
+        barometer_sigma: f64,
+        barometer_walk: f64,
+        compass_sigma: f64,
+        compass_walk: f64,
+        baseline: Option<&Bound<'_, PyAny>>,
+        limits: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let (gyro_noise, gyro_walk) = densities("gyro", gyro, GYRO)?;
         let (accel_noise, accel_walk) = densities("accel", accel, ACCEL)?;
@@ -165,6 +189,9 @@ impl NavigationFilter {
         let antenna = lever("antenna", antenna)?;
         let adapt = [Adapt::Inflate, Adapt::Free, Adapt::Fixed][choice("adapt", adapt, &ADAPTS)?];
         let kind = [Kind::Rate, Kind::Increment][choice("kind", kind, &KINDS)?];
+        let baseline = baseline.map(|given| three("baseline", given)).transpose()?;
+        let aids =
+            AidParams { barometer_sigma, barometer_walk, compass_sigma, compass_walk, baseline };
         let params = NavigationParams {
             gyro_noise,
             accel_noise,
@@ -178,6 +205,8 @@ impl NavigationFilter {
             adapt,
             covariance_step,
             kind,
+            aids,
+            limits: limits_of(limits, wheels.is_some())?,
         };
         let start = begun(start, wheels.is_some())?;
         let filter = Core::new(start, params).map_err(NativeError::from)?;
@@ -252,20 +281,92 @@ impl NavigationFilter {
         Ok(this.shared.bank.update_wheels(t, speed, sigma).map_err(NativeError::from)?)
     }
 
+    /// Takes a barometric height above any reference, which is estimated (``height_reference``): when,
+    /// s, m, and its standard deviation, m, by default ``barometer_sigma``. Returns "used", "rejected"
+    /// or "refused". A reading that disagrees with the filter is rejected, and so are those after a
+    /// disturbance until they agree for a second; if they disagree by a constant amount for three, the
+    /// reference has changed. One is refused if it is over a second old, a tenth of a second ahead of the
+    /// sensors, not later than the one before, or missing. ValueError if ``sigma`` is not positive.
+    #[pyo3(signature = (t, height, sigma=None))]
+    fn update_height(
+        slf: &Bound<'_, Self>,
+        t: f64,
+        height: Option<f64>,
+        sigma: Option<f64>,
+    ) -> PyResult<&'static str> {
+        aided(slf, t, Reading::Height(height.unwrap_or(f64::NAN)), one_sigma(sigma))
+    }
+
+    /// Takes a pressure, Pa, as a height of the standard atmosphere, and as ``update_height`` does; its
+    /// standard deviation is in Pa. One below 5474.89 or above 115000 Pa is refused: hPa and kPa are.
+    #[pyo3(signature = (t, pressure, sigma=None))]
+    fn update_pressure(
+        slf: &Bound<'_, Self>,
+        t: f64,
+        pressure: Option<f64>,
+        sigma: Option<f64>,
+    ) -> PyResult<&'static str> {
+        aided(slf, t, Reading::Pressure(pressure.unwrap_or(f64::NAN)), one_sigma(sigma))
+    }
+
+    /// Takes the heading of the body's forward axis from a compass: when, s, true north over east, rad,
+    /// and its standard deviation, rad. Its constant offset is estimated (``compass_offset``). Before
+    /// the first fix it is the heading if none is known. A reading that disagrees with the filter is
+    /// rejected, and so are those after a disturbance until they agree for two seconds; if they
+    /// disagree by a constant amount for ten, the offset has changed. A value that stays the same to the
+    /// bit for two seconds while the vehicle moves is that of a frozen compass. Returns as
+    /// ``update_height``; a heading beyond 4 pi, or of a forward axis within 10 deg of the vertical, is
+    /// refused.
+    #[pyo3(signature = (t, heading, sigma=None), text_signature = "($self, t, heading, sigma=0.05)")]
+    fn update_heading(
+        slf: &Bound<'_, Self>,
+        t: f64,
+        heading: Option<f64>,
+        sigma: Option<f64>,
+    ) -> PyResult<&'static str> {
+        aided(slf, t, Reading::Heading(heading.unwrap_or(f64::NAN)), one_sigma(sigma))
+    }
+
+    /// Takes the vector from the first to the second antenna: when, s, north, east, down, m, (3,); the
+    /// same in body axes, m, (3,), by default that of the constructor; its standard deviation, m, one or
+    /// three axes. It is rejected unless it is as long as ``baseline``, and agrees with the filter;
+    /// vectors of the right length that disagree for ten seconds by a constant angle widen the
+    /// orientation's covariance. Returns as ``update_height``. ValueError if no baseline is given.
+    #[pyo3(signature = (t, vector, baseline=None, sigma=None),
+        text_signature = "($self, t, vector, baseline=None, sigma=0.02)")]
+    fn update_baseline<'py>(
+        slf: &Bound<'py, Self>,
+        t: f64,
+        vector: &Bound<'py, PyAny>,
+        baseline: Option<&Bound<'py, PyAny>>,
+        sigma: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<&'static str> {
+        let vector = three("vector", vector)?;
+        let baseline = baseline.map(|given| three("baseline", given)).transpose()?;
+        let sigma = sigmas("sigma", sigma, f64::NAN)?;
+        aided(slf, t, Reading::Baseline(vector, baseline), sigma)
+    }
+
     /// Takes a recording with a gyro and an accelerometer on one clock, and the fixes of a receiver;
     /// returns the `Track`: what a loop over ``update`` and ``update_gnss`` would have said after each
     /// sample, and the smoother. ``rest``, bool (n,), says where the vehicle is known to stand,
     /// ``wheel_speed``, (n,), how fast its wheels roll, m/s, NaN where they do not tell, or `Wheels` with
     /// times and deviations of their own; ``time_offset``, a number or a `TimeOffset`, is added to the times
-    /// of the fixes, s. ``keep="track"`` leaves out what the smoother needs, about 2.5 kB a step of
-    /// the covariance and 1.1 more where wheels or antenna are estimated: for long records.
+    /// of the fixes, s. ``height``, ``pressure``, ``heading`` and ``baseline``, (n,) or (n, 3), NaN where
+    /// there is no reading, or `Aid` with times and deviations of its own, are the readings of aids.
+    /// After each sample come the wheels that are due, then the aids in the order of their times, then
+    /// the fixes. ``keep="track"`` leaves out what the smoother needs, about 2.5 kB a step of the
+    /// covariance and 1.7 more where wheels, antenna or aids are estimated: for long records.
     #[pyo3(
         signature = (
-            imu, gnss=None, *, rest=None, wheel_speed=None, time_offset=None, keep="all"
+            imu, gnss=None, *, rest=None, wheel_speed=None, time_offset=None, keep="all",
+            height=None, pressure=None, heading=None, baseline=None
         ),
         text_signature = "($self, imu, gnss=None, *, rest=None, wheel_speed=None, \
-            time_offset=0.0, keep='all')"
+            time_offset=0.0, keep='all', height=None, pressure=None, heading=None, baseline=None)"
     )]
+    // The arguments are those of the method in Python.
+    #[allow(clippy::too_many_arguments)]
     fn process<'py>(
         slf: &Bound<'py, Self>,
         imu: &Bound<'py, PyAny>,
@@ -274,25 +375,33 @@ impl NavigationFilter {
         wheel_speed: Option<&Bound<'py, PyAny>>,
         time_offset: Option<&Bound<'py, PyAny>>,
         keep: &str,
+        height: Option<&Bound<'py, PyAny>>,
+        pressure: Option<&Bound<'py, PyAny>>,
+        heading: Option<&Bound<'py, PyAny>>,
+        baseline: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         choice("keep", keep, &["all", "track"])?;
+        let aids = (height, pressure, heading, baseline);
         rules::call(
             slf.py(),
             Rule::Navigate,
-            (slf, imu, gnss, (rest, wheel_speed), time_offset, keep == "all"),
+            (slf, imu, gnss, (rest, wheel_speed, aids), time_offset, keep == "all"),
         )
     }
 
     /// Do the work of ``process`` with arrays: times (n,), samples (n, 3), and of m fixes the rows
     /// time, position (deg, deg, m), velocity, standard deviations of both, shape (m, 13), NaN for
     /// what a fix lacks. ``wheel_speed`` has a speed for each sample, (n,), or rows of time, speed
-    /// and standard deviation, (w, 3), in order. A fix is taken after the first sample that is not
-    /// before it, and so are wheels. Returns by name the state after each sample, and of each fix
+    /// and standard deviation, (w, 3), in order. ``aids`` has rows of kind (0 height, 1 pressure, 2
+    /// heading, 3 baseline), time, reading and standard deviation of three axes, (a, 8), in order, NaN
+    /// for what is not there. A fix is taken after the first sample that is not before it, after the
+    /// aids and wheels that are due. Returns by name the state after each sample, with the bits of its
+    /// ``usable`` outputs, of each reading its ``aid_verdict``, ``aid_nis`` and ``aid_taken``, and of each fix
     /// its ``verdict`` (used, rejected, refused, or 3 if it comes after the last sample), ``nis``
     /// (m, 2), the ``innovation`` of each axis of position and velocity (m, 6), its standard
     /// deviation ``innovation_sigma`` (m, 6), and the time at which it was ``taken``, s; with
     /// ``record`` also the record for the smoother, else None. The interpreter lock is released.
-    #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false, wheel_speed=None))]
+    #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false, wheel_speed=None, aids=None))]
     // The arguments are those of the method in Python.
     #[allow(clippy::too_many_arguments)]
     fn process_arrays<'py>(
@@ -304,6 +413,7 @@ impl NavigationFilter {
         rest: Option<&Bound<'py, PyAny>>,
         record: bool,
         wheel_speed: Option<&Bound<'py, PyAny>>,
+        aids: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyDict>, Option<NavigationRecord>)> {
         let given = [Some(gyro), Some(accel)];
         let [gyro, accel] = arrays::taken(slf, ["gyro", "accel"], given)?;
@@ -319,6 +429,7 @@ impl NavigationFilter {
         let rest = rest.map(|rest| arrays::flags("rest", rest, n)).transpose()?.unwrap_or_default();
         let wheels = wheel_speed.map(|given| rollings(given, &time)).transpose()?;
         let wheels = wheels.unwrap_or_default();
+        let aids = aids.map(aids_of).transpose()?.unwrap_or_default();
         let rows = fixes.as_chunks::<FIX>().0;
         let mut fixes = memory::room(rows.len()).map_err(NativeError::from)?;
         fixes.extend(rows.iter().map(fix_of));
@@ -328,9 +439,10 @@ impl NavigationFilter {
             accel: accel.as_chunks().0,
             rest: &rest,
             wheels: &wheels,
+            aids: &aids,
             fixes: &fixes,
         };
-        let outputs = Outputs::new(py, n, fixes.len())?;
+        let outputs = Outputs::new(py, n, fixes.len(), aids.len())?;
         // A batch that is interrupted or fails leaves the filter as it was.
         let (mut filter, mut steps) = (this.shared.bank.clone(), Record::default());
         outputs.with(|known| {
@@ -430,6 +542,42 @@ getters! { NavigationFilter, slf, py, this;
         let [positions, velocities] = this.shared.bank.fixes().rejected_of;
         named(py, [("positions", positions), ("velocities", velocities)])?
     };
+    /// Barometric less ellipsoidal height, m; NaN before the first reading.
+    height_reference: f64 = this.shared.bank.height_reference()[0];
+    /// Standard deviation of ``height_reference``.
+    height_reference_sigma: f64 = this.shared.bank.height_reference()[1];
+    /// Reading of the compass minus the true heading, rad; NaN before the first reading.
+    compass_offset: f64 = this.shared.bank.compass_offset()[0];
+    /// Standard deviation of ``compass_offset``.
+    compass_offset_sigma: f64 = this.shared.bank.compass_offset()[1];
+    /// Readings to date of "barometer", "compass" and "baseline" by what became of them: "used",
+    /// "rejected", "refused".
+    aid_count: Bound<'py, PyDict> = {
+        let counts = |report: &AidReport| {
+            let [used, rejected, refused] = report.counts;
+            let [one, two, three] = VERDICTS;
+            named(py, [(one, used), (two, rejected), (three, refused)])
+        };
+        of_aids(py, &this.shared.bank, counts)?
+    };
+    /// Normalised innovation squared of the last reading of each aid, 1 on average, 3 of a baseline;
+    /// NaN before the first.
+    aid_nis: Bound<'py, PyDict> = of_aids(py, &this.shared.bank, |report| Ok(report.nis))?;
+    /// Standard deviation of each aid that the innovations show, m, rad and m; NaN until ten pairs
+    /// of readings were seen.
+    aid_sigma: Bound<'py, PyDict> = of_aids(py, &this.shared.bank, |report| Ok(report.sigma))?;
+    /// True for each aid whose readings are rejected until they agree with the filter again.
+    aid_disturbed: Bound<'py, PyDict> = of_aids(py, &this.shared.bank, |report| Ok(report.disturbed))?;
+    /// True for each output whose standard deviation is within its limit; once lost, from 0.7 of it.
+    usable: Bound<'py, PyDict> = {
+        let bits = this.shared.bank.usable();
+        named(py, core::array::from_fn::<_, 5, _>(|k| (OUTPUTS[k], bits >> k & 1 == 1)))?
+    };
+    /// Standard deviations up to which outputs are usable.
+    limits: Bound<'py, PyDict> = {
+        let limits = this.shared.bank.params().limits;
+        named(py, core::array::from_fn::<_, 5, _>(|k| (OUTPUTS[k], limits[k])))?
+    };
     /// Number of moves of the filter to the positions, after ten in a row that were rejected.
     move_count: u64 = this.shared.bank.fixes().moved;
     /// Time of the last move, s, and its distance, m; None before the first.
@@ -439,15 +587,72 @@ getters! { NavigationFilter, slf, py, this;
     };
 }
 
-fn named<'py, const N: usize>(
+fn named<'py, T: IntoPyObject<'py>, const N: usize>(
     py: Python<'py>,
-    counts: [(&str, u64); N],
+    values: [(&str, T); N],
 ) -> PyResult<Bound<'py, PyDict>> {
     let found = PyDict::new(py);
-    for (name, count) in counts {
-        found.set_item(name, count)?;
+    for (name, value) in values {
+        found.set_item(name, value)?;
     }
     Ok(found)
+}
+
+/// One value for each aid.
+fn of_aids<'py, T: IntoPyObject<'py>>(
+    py: Python<'py>,
+    filter: &Core,
+    of: impl Fn(&AidReport) -> PyResult<T>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let [one, two, three] = filter.aids();
+    let [first, second, third] = AID_SENSORS;
+    named(py, [(first, of(&one)?), (second, of(&two)?), (third, of(&three)?)])
+}
+
+fn aided(
+    slf: &Bound<'_, NavigationFilter>,
+    time: f64,
+    reading: Reading,
+    sigma: [f64; 3],
+) -> PyResult<&'static str> {
+    let mut this = exclusive(slf)?;
+    let aid = Aid { time, reading, sigma };
+    Ok(VERDICTS[this.shared.bank.update_aid(&aid).map_err(NativeError::from)? as usize])
+}
+
+/// NaN for a standard deviation that is not given; one that is NaN is no number.
+fn one_sigma(given: Option<f64>) -> [f64; 3] {
+    [given.map_or(f64::NAN, |sigma| if sigma.is_nan() { 0.0 } else { sigma }); 3]
+}
+
+/// The usual limits, or those given.
+fn limits_of(given: Option<&Bound<'_, PyDict>>, wheeled: bool) -> PyResult<Limits> {
+    let mut limits = if wheeled { WHEELED_LIMITS } else { LIMITS };
+    for (name, limit) in given.into_iter().flatten() {
+        let name: String = name.extract()?;
+        limits[choice("limits", &name, &OUTPUTS)?] = limit.extract()?;
+    }
+    Ok(limits)
+}
+
+/// Numbers of a reading: kind, time, values and standard deviations.
+const AID: usize = 8;
+
+fn aids_of(given: &Bound<'_, PyAny>) -> PyResult<Vec<Aid>> {
+    let fits = |found: &[usize]| found.len() == 2 && found[1] == AID;
+    let rows = arrays::named("aids", given, "(a, 8)", fits)?.values;
+    let rows = rows.as_chunks::<AID>().0;
+    let mut aids = memory::room(rows.len()).map_err(NativeError::from)?;
+    for [kind, time, x, y, z, sigma @ ..] in rows {
+        let reading = match *kind as u8 {
+            0 => Reading::Height(*x),
+            1 => Reading::Pressure(*x),
+            2 => Reading::Heading(*x),
+            _ => Reading::Baseline([*x, *y, *z], None),
+        };
+        aids.push(Aid { time: *time, reading, sigma: *sigma });
+    }
+    Ok(aids)
 }
 
 /// Numbers of a fix: time, position, velocity and deviations of both.
@@ -491,7 +696,8 @@ pub const SAMPLE: [(&str, usize); 6] = [
 ];
 const OF_FIX: [(&str, usize); 4] =
     [("nis", 2), ("innovation", 6), ("innovation_sigma", 6), ("taken", 0)];
-const WORDS: [&str; 2] = ["status", "verdict"];
+const OF_AID: [&str; 2] = ["aid_nis", "aid_taken"];
+const WORDS: [&str; 4] = ["status", "verdict", "usable", "aid_verdict"];
 
 /// Arrays for it.
 struct Outputs<'py> {
@@ -500,14 +706,22 @@ struct Outputs<'py> {
 }
 
 impl<'py> Outputs<'py> {
-    fn new(py: Python<'py>, n: usize, fixes: usize) -> PyResult<Self> {
+    fn new(py: Python<'py>, n: usize, fixes: usize, aids: usize) -> PyResult<Self> {
         let of_sample = SAMPLE.iter().map(|(_, size)| arrays::zeros(py, &[n, *size]));
         let mut numbers = of_sample.collect::<PyResult<Vec<_>>>()?;
         for (_, size) in OF_FIX {
             let shape: &[usize] = if size > 0 { &[fixes, size] } else { &[fixes] };
             numbers.push(arrays::filled(py, shape, f64::NAN)?);
         }
-        let words = vec![arrays::zeros(py, &[n])?, arrays::filled(py, &[fixes], NOT_REACHED)?];
+        for _ in OF_AID {
+            numbers.push(arrays::filled(py, &[aids], f64::NAN)?);
+        }
+        let words = vec![
+            arrays::zeros(py, &[n])?,
+            arrays::filled(py, &[fixes], NOT_REACHED)?,
+            arrays::zeros(py, &[n])?,
+            arrays::filled(py, &[aids], NOT_REACHED)?,
+        ];
         Ok(Self { numbers, words })
     }
 
@@ -515,8 +729,8 @@ impl<'py> Outputs<'py> {
         let mut numbers: Vec<_> = self.numbers.iter().map(|array| array.readwrite()).collect();
         let mut words: Vec<_> = self.words.iter().map(|array| array.readwrite()).collect();
         if let [position, velocity, quaternion, gyro, accel, sigma, of_fix @ ..] = &mut numbers[..]
-            && let [nis, innovation, innovation_sigma, taken] = of_fix
-            && let [status, verdict] = &mut words[..]
+            && let [nis, innovation, innovation_sigma, taken, aid_nis, aid_taken] = of_fix
+            && let [status, verdict, usable, aid_verdict] = &mut words[..]
         {
             work(&mut Known {
                 position: position.as_slice_mut()?.as_chunks_mut().0,
@@ -531,6 +745,10 @@ impl<'py> Outputs<'py> {
                 innovation: innovation.as_slice_mut()?.as_chunks_mut().0,
                 innovation_sigma: innovation_sigma.as_slice_mut()?.as_chunks_mut().0,
                 taken: taken.as_slice_mut()?,
+                usable: usable.as_slice_mut()?,
+                aid_verdict: aid_verdict.as_slice_mut()?,
+                aid_nis: aid_nis.as_slice_mut()?,
+                aid_taken: aid_taken.as_slice_mut()?,
             })?;
             position.as_slice_mut()?.as_chunks_mut().0.iter_mut().for_each(|p| *p = degrees(*p));
         }
@@ -539,7 +757,7 @@ impl<'py> Outputs<'py> {
 
     fn into_dict(self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let found = PyDict::new(py);
-        let names = SAMPLE.iter().chain(&OF_FIX).map(|(name, _)| *name);
+        let names = SAMPLE.iter().chain(&OF_FIX).map(|(name, _)| *name).chain(OF_AID);
         for (name, array) in names.zip(self.numbers) {
             found.set_item(name, array)?;
         }

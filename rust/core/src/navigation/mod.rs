@@ -10,7 +10,10 @@
 //! B. M. Scherzinger, D. B. Reid, *Modified strapdown inertial navigator error models*, IEEE PLANS,
 //! 1994. P. G. Savage, *J. Guidance, Control, and Dynamics* 21(1) and 21(2), 1998.
 
+mod adaptive_noise;
+mod aid_gate;
 mod aiding;
+mod aids;
 mod batch;
 mod covariance;
 mod earth;
@@ -25,8 +28,10 @@ mod odometer;
 mod params;
 #[cfg(feature = "std")]
 mod smoother;
+mod usable;
 mod validity;
 
+pub use aids::{AID_SENSORS, Aid, AidCounts, AidReport, Reading, pressure_height};
 pub use batch::{Batch, Known, Next};
 pub use covariance::{CONSTANTS, Constants, Covariance, Errors, STATES, Scalar, Transition};
 pub use earth::{LocalEarth, normal_gravity};
@@ -35,6 +40,7 @@ pub use filter::{FixCounts, Inertial, NavigationFilter, Observer, Snapshot, Stat
 pub use fix::{Fix, Verdict};
 pub use motion::Motion;
 pub use odometer::Rolling;
-pub use params::{Adapt, Kind, NavigationParams, Start, Wheels};
+pub use params::{Adapt, AidParams, Kind, NavigationParams, Start, Wheels};
 #[cfg(feature = "std")]
 pub use smoother::{Record, Smoothed};
+pub use usable::{LIMITS, Limits, OUTPUTS, WHEELED_LIMITS};

@@ -450,7 +450,7 @@ impl Stream for FootFilter {
 
 impl Checkpoint for FootFilter {
     const TAG: &'static str = "foot";
-    const VERSION: u16 = 2;
+    const VERSION: u16 = 3;
 
     fn is_valid(&self) -> bool {
         let bound = |x: f64| is_size(x, MAX_BOUND) || x == f64::INFINITY;
