@@ -244,9 +244,24 @@ def _judge_heading(
                 " says its unit",
             )
         )
-    angle, offset = _fit_convention(channel._replace(values=angle, unit="rad"), track, found)
+    try:
+        angle, offset = _fit_convention(channel._replace(values=angle, unit="rad"), track, found)
+    except LogError:
+        _check_other_unit(channel, unit, track)
+        raise
     found.heading_offset = offset
     return channel._replace(values=_wrap(angle), unit="rad")
+
+
+def _check_other_unit(channel: Channel, unit: str, track: Track | None) -> None:
+    """Raise LogError that names the unit, if the readings fit the motion in the other one."""
+    other = "rad" if unit == "deg" else "deg"
+    known, heading, _ = _motion_heading(channel, track)
+    misfit = np.abs(_wrap(channel.values * _ANGLE_UNITS[other] - heading)[known])
+    if float(np.median(misfit)) <= _MAX_MISFIT_RAD:
+        option = keyword_argument("compass_unit", other, f"compass_unit='{other}'")
+        text = f"{channel.name}: the readings fit the motion in {other}, not in {unit}; "
+        raise LogError(make_sentence(text, option, " says so"))
 
 
 def _find_angle_unit(channel: Channel, track: Track | None) -> str:
