@@ -72,7 +72,7 @@ _MAX_POINTS: Final = 4000
 _ELLIPSE_COUNT: Final = 12
 _CIRCLE_ANGLES: Final = np.linspace(0.0, 2.0 * math.pi, 49)
 _AXES: Final = (*zip("xyz", AXIS_COLOURS, strict=True),)
-_MARK_HEIGHT: Final = 0.07
+_MARK_HEIGHT: Final = 0.05
 """Part of a panel's height that a mark has where an output is not usable."""
 _EXPECTED_NIS: Final = 3.0
 """Mean of a normalised innovation squared of three axes."""
@@ -216,7 +216,7 @@ def _describe_end(track: Track) -> str:
 
 def _make_caption(track: Track, longest: OutageErrors | None, nis: bool) -> str:
     caption = "Ellipses: 95 %. Bands: ± 2σ."
-    if track.usable.size and not track.usable.all():
+    if track.usable.size and not track.usable[track.navigating].all():
         caption += " Bars at the foot of a panel: that output is not usable."
     if track.smoothed:
         caption = f"Smoothed: each moment in the light of all fixes. {caption}"
@@ -349,7 +349,7 @@ def _mark_not_usable(panel: Axes, track: Track, times: Floats, colours: Mapping[
     if len(track.usable) != track.n:
         return
     for k, (output, colour) in enumerate(colours.items()):
-        begins, ends = find_spans(~track.usable[:, OUTPUTS.index(output)])
+        begins, ends = find_spans(track.navigating & ~track.usable[:, OUTPUTS.index(output)])
         seconds = np.interp([begins, ends], np.arange(track.n), times)
         panel.broken_barh(
             list(zip(seconds[0], seconds[1] - seconds[0], strict=True)),
