@@ -32,7 +32,7 @@ def lines_of(made):
     gravity = float(normal_gravity(latitude, drive.truth_position[0, 2]))
     noise = [scenarios.GYRO.angle_random_walk, scenarios.ACCEL.angle_random_walk]
     walks = [scenarios.GYRO.rate_random_walk, scenarios.ACCEL.rate_random_walk]
-    yield "config", [float(x) for x in (*noise, *walks, 0.05)] + [gravity, *LIMITS]
+    yield "config", [float(x) for x in (*noise, *walks, scenarios.BAROMETER["barometer_walk"])] + [gravity, *LIMITS]
     fixes = pack_fixes(made.fixes)
     fixes = fixes[fixes[:, 0] >= start.time]
     first = fixes[0]
@@ -68,7 +68,7 @@ def aids_after(made, begin):
                 continue
             if kind == "pressure":
                 height = TROPOSPHERE_M * (1.0 - (value / SEA_LEVEL_PA) ** EXPONENT)
-                yield t, ("height", [height, 0.5])
+                yield t, ("height", [height, scenarios.BAROMETER["barometer_sigma"]])
             elif kind == "heading":
                 k = int(np.searchsorted(drive.time, t))
                 yield t, ("field", [*field_of(drive.truth_quaternion[k], value), sigma])

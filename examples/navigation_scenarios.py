@@ -41,6 +41,7 @@ ACCEL = zr.NoiseModel(
 )
 NOISE = {"gyro": GYRO, "accel": ACCEL}
 BIASES = {"gyro_bias": 1e-3, "accel_bias": 0.02}
+BAROMETER = {"barometer_sigma": 0.4, "barometer_walk": 0.02}
 SIGMAS = {"level_sigma": 0.005, "heading_sigma": 0.05, "gyro_bias_sigma": 1e-4}
 
 
@@ -168,7 +169,8 @@ def at_times(drive, values, sigma=None):
 
 def pressure(drive, seed, **faults):
     """Return the pressures of a barometer."""
-    return at_times(drive, barometer(drive, seed=seed, **faults))
+    known = {"sigma": BAROMETER["barometer_sigma"], "walk": BAROMETER["barometer_walk"]}
+    return at_times(drive, barometer(drive, seed=seed, **known, **faults))
 
 
 def compass(drive, seed, **faults):
@@ -278,7 +280,7 @@ def errors_of(nav, drive, k):
 def run(made):
     """Return NEES a second, and errors, standard deviations and verdicts of the outputs."""
     drive = made.drive
-    nav = zr.NavigationFilter(made.start, **NOISE, **made.options)
+    nav = zr.NavigationFilter(made.start, **{**NOISE, **BAROMETER, **made.options})
     fixes, aids = pack_fixes(made.fixes), AidRows.of(made.aids, drive.time).rows
     edges = np.arange(0, len(drive.time) + 1, round(STEP_S * RATE))
     rows = []
@@ -351,14 +353,20 @@ UNDERSTATED = {
 """Receivers that state 2/5 of their noise, suddenly."""
 
 
-def heights(seed):
-    """Return σ and error of a drone's height after 10 s without fixes, without and with aids."""
-    made = case("drone", seed, aids=carried, fixes=lambda d: without(d.fixes, (90.0, 100.5)))
+OUTAGES_S = (10.0, 30.0, 60.0)
+
+
+def heights(options, seed):
+    """Return σ and error of a drone's height after outages, without and with a barometer."""
     rows = []
-    for aids in ({}, {"pressure": made.aids["pressure"]}):
-        found = run(replace(made, aids=aids))
-        at = np.argmin(np.abs(found[:, 0] - 100.0))
-        rows += [found[at, 22], found[at, 8]]
+    for seconds in OUTAGES_S:
+        end = 80.0 + seconds
+        made = case("drone", seed, fixes=lambda d, t=end: without(d.fixes, (80.0, t + 0.5)),
+                    options=options)  # fmt: skip
+        for aids in ({}, {"pressure": pressure(made.drive, seed)}):
+            found = run(replace(made, aids=aids))
+            at = np.argmin(np.abs(found[:, 0] - end))
+            rows += [found[at, 22], found[at, 8]]
     return rows
 
 
@@ -400,19 +408,25 @@ def row_of(pool, name, work, seeds, understates=False):
 
 
 def print_aids(pool, seeds):
-    """Print what a barometer does for the height, and a compass at rest."""
-    found = np.array(list(pool.map(heights, range(seeds))))
-    without_aid, with_aid = (f"{rms(x):.2f}" for x in (found[:, 0], found[:, 2]))
-    scaled = rms(found[:, 3] / found[:, 2])
-    ratio = rms(found[:, 2]) / rms(found[:, 0])
-    rows = [("height after 10 s, drone, barometer: σ, m", without_aid, with_aid, f"{ratio:.2f}",
-             f"{scaled:.2f}")]  # fmt: skip
+    """Print what a barometer does for the height without fixes, and a compass at rest."""
+    rows = []
+    noises = {"true noise": {}, "default noise": {"gyro": None, "accel": None}}
+    for name, options in noises.items():
+        found = np.array(list(pool.map(partial(heights, options), range(seeds))))
+        for k, seconds in enumerate(OUTAGES_S):
+            bare, _, held, error = found[:, 4 * k : 4 * k + 4].T
+            rows.append((f"height, drone, {seconds:g} s, {name}: σ, m", *compared(bare, held, error)))
     found = np.degrees(np.vstack(list(pool.map(headings, range(seeds)))))
-    ratio, scaled = rms(found[:, 1]) / rms(found[:, 3]), rms(found[:, 0] / found[:, 1])
-    sizes = (f"{rms(x):.2f}" for x in (found[:, 3], found[:, 1]))
-    rows.append(("heading at rest, robot, compass: σ, deg", *sizes, f"{ratio:.2f}", f"{scaled:.2f}"))
+    error, held, _, bare = found.T
+    rows.append(("heading, robot at rest, compass: σ, deg", *compared(bare, held, error)))
     head = ("quantity", "without", "with", "ratio", "error / σ")
     print(table("Barometer and compass", head, rows, markdown=True), flush=True)
+
+
+def compared(bare, held, error):
+    """Return the cells of σ without and with an aid, their ratio, and its error over σ."""
+    ratio = rms(held) / rms(bare)
+    return f"{rms(bare):.2f}", f"{rms(held):.2f}", f"{ratio:.2f}", f"{rms(error / held):.2f}"
 
 
 if __name__ == "__main__":
