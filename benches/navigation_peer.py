@@ -71,7 +71,8 @@ def aids_after(made, begin):
                 yield t, ("height", [height, scenarios.BAROMETER["barometer_sigma"]])
             elif kind == "heading":
                 k = int(np.searchsorted(drive.time, t))
-                yield t, ("field", [*field_of(drive.truth_quaternion[k], value), sigma])
+                total = np.hypot(sigma, scenarios.COMPASS_OFFSET_RAD)
+                yield t, ("field", [*field_of(drive.truth_quaternion[k], value), total])
             else:
                 angle = np.arctan2(value[1], value[0]) - np.arctan2(arm[1], arm[0])
                 yield t, ("heading", [angle, float(sigma[0]) / np.hypot(*arm[:2])])

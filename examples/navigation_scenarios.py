@@ -326,7 +326,7 @@ def study(work, understates, name, seed):
     """Return the numbers of one run, which `work` makes of a case."""
     made = (UNDERSTATED if understates else SCENARIOS)[name](seed)
     rows = work(made)
-    at_fixes = np.isin(rows[:, 0].round(), made.fixes.time.round())
+    at_fixes = np.isin(np.floor(rows[:, 0]), made.fixes.time.round())
     return rows, fix_errors(made, made.start.time + SETTLED_S), at_fixes
 
 
