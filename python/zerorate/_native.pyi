@@ -1102,7 +1102,7 @@ class NavigationFilter(_Stream):
         covariance_step: float = 0.1,
         kind: Literal["rate", "increment"] = "rate",
         barometer_sigma: float = 0.5,
-        barometer_walk: float = 0.05,
+        barometer_walk: float = 0.02,
         compass_sigma: float = 0.035,
         compass_walk: float = 0.001,
         baseline: npt.ArrayLike | None = None,
@@ -1124,7 +1124,9 @@ class NavigationFilter(_Stream):
         velocity_sigma: npt.ArrayLike = 0.1,
     ) -> _Verdict: ...
     def update_wheels(self, t: float, speed: float | None, sigma: float | None = None) -> bool: ...
-    def update_height(self, t: float, height: float | None, sigma: float | None = None) -> _Verdict: ...
+    def update_height(
+        self, t: float, height: float | None, sigma: float | None = None
+    ) -> _Verdict: ...
     def update_pressure(
         self, t: float, pressure: float | None, sigma: float | None = None
     ) -> _Verdict: ...

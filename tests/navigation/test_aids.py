@@ -137,12 +137,12 @@ def test_a_barometer_holds_the_height_of_an_outage():
         for nav, given in ((bare, {}), (held, aids))
     ]
     assert sigmas[1] < sigmas[0] / 3.0
-    off = held.process
-    assert abs(held.height_reference - 30.0) < 4.0 * held.height_reference_sigma + 0.2, off
+    # The standard atmosphere of the test's own formula is a metre off in hundreds.
+    assert abs(held.height_reference - 30.0) < 4.0 * held.height_reference_sigma + 0.2
 
 
 def test_a_compass_holds_the_heading_of_a_long_stop():
-    """Of a gyro whose bias walks; a constant offset of the compass is learned before it."""
+    """An offset of the compass is learned while fixes show the heading."""
     one = drive(120.0)
     track = made(one).process(one.recording(), one.fixes, **aids_of(one, ["heading"]))
     error = heading_error(track, one)[one.time > 60.0]
@@ -178,9 +178,7 @@ def test_a_door_does_not_lift_the_vehicle():
     one = drive(120.0)
     aid = aids_of(one, ["height"])["height"]
     steps = Aid(aid.time, aid.value + 1.5 * (aid.time > 60.0), 0.3)
-    tracks = [
-        made(one).process(one.recording(), one.fixes, height=given) for given in (aid, steps)
-    ]
+    tracks = [made(one).process(one.recording(), one.fixes, height=given) for given in (aid, steps)]
     apart = tracks[1].position[:, 2] - tracks[0].position[:, 2]
     assert np.nanmax(np.abs(apart)) < 0.5
 
@@ -210,9 +208,10 @@ def test_the_smoother_takes_aids():
         for each in (track, best)
     ]
     at = (one.time > 30.0) & (one.time < 110.0)
-    for k in (2, 8):
-        rms = [float(np.sqrt(np.mean(error[at, k] ** 2))) for error in errors]
-        assert rms[1] < rms[0], k
+    rms = [np.sqrt(np.mean(error[at] ** 2, axis=0)) for error in errors]
+    assert rms[1][8] < rms[0][8]
+    assert np.hypot(*rms[1][:2]) < np.hypot(*rms[0][:2])
+    for k in (0, 1, 2, 8):
         ratio = np.sqrt(np.mean((errors[1][at, k] / best.sigma[at, k]) ** 2))
         assert ratio < 2.0, k
     assert (best.sigma[at] <= track.sigma[at] * 1.001).all()
@@ -270,8 +269,8 @@ def test_a_deviation_is_positive(running, kind, sigma):
 
 
 def test_a_baseline_is_needed_and_has_its_length(running):
-    bare = zr.NavigationFilter(running.process and start_of(drive(20.0)))
-    with pytest.raises(ValueError, match="baseline must be from 0.01 to 1000 m long"):
+    bare = zr.NavigationFilter(start_of(drive(20.0)))
+    with pytest.raises(ValueError, match=r"baseline must be from 0\.01 to 1000 m long"):
         bare.update_baseline(1.0, BASELINE)
     long = np.array(BASELINE) * 1.5
     assert running.update_baseline(running.time, long) == "rejected"
@@ -308,7 +307,7 @@ def test_limits_are_positive(limits):
 
 
 def test_limits_have_names():
-    with pytest.raises(ValueError, match="limits must be 'position', 'height', 'velocity'"):
+    with pytest.raises(ValueError, match=r"limits must be 'position', 'height', 'velocity'"):
         zr.NavigationFilter(start_of(drive(20.0)), limits={"roll": 1.0})
 
 
@@ -318,7 +317,9 @@ def test_a_filter_without_aids_has_none():
     nav.process(one.recording(), one.fixes)
     assert np.isnan([nav.height_reference, nav.compass_offset]).all()
     assert np.isnan(list(nav.aid_nis.values())).all()
-    assert all(count == {"used": 0, "rejected": 0, "refused": 0} for count in nav.aid_count.values())
+    assert all(
+        count == {"used": 0, "rejected": 0, "refused": 0} for count in nav.aid_count.values()
+    )
 
 
 @pytest.mark.parametrize(

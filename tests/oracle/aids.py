@@ -16,7 +16,6 @@ SIGMA_MIN, SIGMA_MAX = (1e-3, 1e-4, 1e-4), 1e6
 # Seconds of agreement with the filter, and of readings with each other.
 AGREEMENT, CHANGE = (1.0, 2.0, 2.0), (3.0, 10.0, 10.0)
 REFERENCE_SIGMA, GAIN_MAX = 1e3, 1e13
-WRONG = np.array([1e-3, 1e-3, 0.03])
 
 
 def wrapped(angle):
@@ -81,8 +80,8 @@ class Sensor:
             self.value, self.equal_since = value, self.time
         return moving and self.time - self.equal_since > 2.0
 
-    def decide(self, time, passes, error, variance, frozen):
-        if frozen:
+    def decide(self, time, passes, error, variance, broken):
+        if broken:
             self.disturbed, self.agrees_since, self.first = True, None, None
             return "reject"
         if passes and np.max(np.abs(self.mean)) <= 0.7:
@@ -110,7 +109,7 @@ class Aided:
     def begin_aids(
         self,
         barometer_sigma=0.5,
-        barometer_walk=0.05,
+        barometer_walk=0.02,
         compass_sigma=0.035,
         compass_walk=0.001,
         baseline=None,
@@ -236,7 +235,11 @@ class Aided:
 
     def gated(self, sensor, raw, value, sigma, baseline, z, H, error):
         moving = np.linalg.norm(self.v) >= 0.5 + 3.0 * np.linalg.norm(self.sigma[3:6])
-        frozen = sensor.is_frozen(raw, moving)
+        broken = sensor.is_frozen(raw, moving)
+        if sensor.index == 2:
+            length = np.linalg.norm(baseline)
+            apart = abs(np.linalg.norm(value) - length)
+            broken = broken or apart > 4.0 * np.max(sigma) + 0.02 * length
         sensor.learn(self.time, z)
         noise = sensor.noise(sigma, self.adapt)
         kept, x, nis = self.P, np.zeros(len(self.P)), 0.0
@@ -248,20 +251,14 @@ class Aided:
             nis += more
         sensor.nis = nis
         passes = nis <= NIS_MAX[sensor.index]
-        if sensor.index == 2:
-            length = np.linalg.norm(baseline)
-            limit = 4.0 * np.sqrt(np.max(noise)) + 0.02 * length
-            passes = passes and abs(np.linalg.norm(value) - length) <= limit
-        decision = sensor.decide(self.time, passes, error, np.max(noise), frozen)
+        decision = sensor.decide(self.time, passes, error, np.max(noise), broken)
         if decision == "take":
             self.apply(x)
             return "used" if self.navigating else "refused"
         self.P = kept
         if decision == "change":
             k = (BAROMETER, COMPASS, None)[sensor.index]
-            if k is None:
-                self.P = self.P + np.diag(np.r_[np.zeros(6), WRONG, np.zeros(len(self.P) - 9)])
-            elif self.P[k, k] > 0.0:
+            if k is not None and self.P[k, k] > 0.0:
                 self.gains[k - BAROMETER] = min(100.0 * z[0] ** 2, GAIN_MAX)
         return "rejected"
 

@@ -1,9 +1,9 @@
 """The navigation filter with whole matrices: one sample, one fix, one scalar at a time.
 
 Errors are those of position, velocity and orientation, estimated less true, and of the biases, true
-less estimated. A velocity's is that in the frame which is believed in: v_hat - exp(-[phi x]) v. Eight
-constants follow, true less estimated: scale, yaw and pitch of wheels, the place of the antenna, the
-reference of the barometer and the offset of the compass; one that is known has no variance.
+less estimated. A velocity's is that in the frame which is believed in: v_hat - exp(-[phi x]) v.
+Eight constants follow, true less estimated: scale, yaw and pitch of wheels, the place of the antenna,
+the reference of the barometer and the offset of the compass; one that is known has no variance.
 """
 
 import numpy as np
@@ -688,7 +688,7 @@ class Navigation(Aided):
         return "used"
 
     def look_along(self, v, sigma_v):
-        """Turn along the course, if it is that of the body and fast enough; the variance of that."""
+        """Turn along the course of a body that moves forward fast enough; return its variance."""
         if v is None or not self.by_course:
             return None
         sigma, speed = np.max(sigma_v[:2]), np.hypot(v[0], v[1])

@@ -76,7 +76,7 @@ def aids_of(time, z):
     rows[:, 1] = np.repeat(time, 2)
     rows[:, 2:5] = 0.0
     rows[::2, 0], rows[1::2, 0] = is_positive(pressure), 2
-    rows[::2, 2] = np.where(is_positive(pressure), 96000.0 - 11.0 * height, HOME[2] + height)
+    rows[::2, 2] = np.where(is_positive(pressure), 96000.0 - height, HOME[2] + height)
     rows[1::2, 2] = heading
     return rows
 

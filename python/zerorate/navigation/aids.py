@@ -71,8 +71,9 @@ class Aid:
 
     def __repr__(self) -> str:
         """Return the number of readings."""
-        values = floats(self.value, "value").reshape(len(floats(self.time, "time")), -1)
-        return f"Aid({np.isfinite(values).all(axis=1).sum()} readings)"
+        values = floats(self.value, "value")
+        missing = np.isnan(values) if values.ndim == 1 else np.isnan(values).any(axis=1)
+        return f"Aid({np.sum(~missing)} readings)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +90,18 @@ class AidResults:
         Normalised innovation squared, 1 on average, 3 of a baseline; NaN if refused.
     taken : ndarray, shape (k,)
         Time of the sample after which each reading was processed, s; NaN after the last sample.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(duration=60.0, seed=1)
+    >>> start = zr.align(drive.recording(), latitude=48.0, heading="course")
+    >>> nav = zr.NavigationFilter(start)
+    >>> height = drive.truth_position[:, 2] + 30.0
+    >>> track = nav.process(drive.recording(), drive.fixes, height=height)
+    >>> readings = track.aids["height"]
+    >>> zr.navigation.VERDICTS[readings.verdict[-1]], round(nav.height_reference)
+    ('used', 30)
     """
 
     time: Floats
@@ -100,12 +113,12 @@ class AidResults:
 
 @dataclass(frozen=True, eq=False)
 class AidRows:
-    """Readings of all aids in the order of their times, as rows for ``process_arrays``.
+    """Readings of all aids in the order of their times.
 
     Parameters
     ----------
     rows : ndarray, shape (a, 8)
-        Kind, time, reading and standard deviation of three axes.
+        Kind, time, reading and standard deviation of three axes, for ``process_arrays``.
     """
 
     rows: Floats
@@ -130,9 +143,8 @@ class AidRows:
         for k in np.unique(kinds).tolist():
             at: Integers = np.flatnonzero(kinds == k)
             value = self.rows[at, 2:5] if _AXES[AID_KINDS[k]] == 3 else self.rows[at, 2]
-            found[AID_KINDS[k]] = AidResults(
-                self.rows[at, 1], value, verdict[at], nis[at], taken[at]
-            )
+            parts = (self.rows[at, 1], value, verdict[at], nis[at], taken[at])
+            found[AID_KINDS[k]] = AidResults(*parts)
         return found
 
 
@@ -141,12 +153,14 @@ def _at_samples(kind: str, values: npt.ArrayLike, time: Floats) -> Aid:
     expected = (len(time),) if _AXES[kind] == 1 else (len(time), 3)
     if found.shape != expected:
         raise ArgumentError(kind, f"must have shape {expected}, or be an Aid, got {found.shape}")
-    present: Booleans = np.isfinite(found.reshape(len(time), -1)).all(axis=1)
+    there = np.isfinite(found)
+    present = there if there.ndim == 1 else there.all(axis=1)
     return Aid(time[present], found[present])
 
 
 def _pack(kind: str, aid: Aid) -> Floats:
-    time, value, sigma = (floats(part, kind) for part in (aid.time, aid.value, aid.sigma))
+    # Arrays, as `Aid` makes them of its arguments.
+    time, value, sigma = (np.asarray(part) for part in (aid.time, aid.value, aid.sigma))
     axes = _AXES[kind]
     if (value.ndim == 2) != (axes == 3):
         raise ArgumentError(kind, f"must have {axes} number{'s' * (axes > 1)} at each time")
@@ -159,7 +173,8 @@ def _pack(kind: str, aid: Aid) -> Floats:
 
 def unpack_usable(bits: npt.NDArray[np.uint8]) -> Booleans:
     """Return the columns of `Track.usable`, shape (n, 5), from the filter's bits."""
-    columns: Booleans = (bits[:, np.newaxis] >> np.arange(len(OUTPUTS), dtype=np.uint8) & 1) == 1
+    powers = np.uint8(1) << np.arange(len(OUTPUTS), dtype=np.uint8)
+    columns: Booleans = (bits[:, np.newaxis] & powers) != 0
     return columns
 
 

@@ -72,7 +72,7 @@ _ROWS: Final = (
     Option(
         name="barometer_walk",
         kind="number",
-        default=0.05,
+        default=0.02,
         unit="m/sqrt(s)",
         expected="from 0 to 100 m/sqrt(s)",
         meaning="Random walk of the barometer's reference",

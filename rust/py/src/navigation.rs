@@ -80,7 +80,7 @@ const BYTES: usize = 1 << 13;
 ///     Samples are rates and forces, or their integrals since the sample before.
 /// barometer_sigma : float, default 0.5
 ///     Standard deviation of a barometric height for which none is given, m.
-/// barometer_walk : float, default 0.05
+/// barometer_walk : float, default 0.02
 ///     Random walk of the barometer's reference, m/sqrt(s).
 /// compass_sigma : float, default 0.035
 ///     Standard deviation of the compass's constant offset before the first reading, rad; 0: none.
@@ -151,12 +151,12 @@ impl NavigationFilter {
             start, *, gyro=None, accel=None, antenna=None, antenna_sigma=None,
             consider_antenna=false, vehicle=None, axle=None, wheel_sigma=None, speed_sigma=None,
             gate=50.0, adapt="inflate", covariance_step=0.1, kind="rate", barometer_sigma=0.5,
-            barometer_walk=0.05, compass_sigma=0.035, compass_walk=0.001, baseline=None, limits=None
+            barometer_walk=0.02, compass_sigma=0.035, compass_walk=0.001, baseline=None, limits=None
         ),
         text_signature = "(start, *, gyro=None, accel=None, antenna=(0.0, 0.0, 0.0), \
             antenna_sigma=0.0, consider_antenna=False, vehicle=None, axle=None, wheel_sigma=None, \
             speed_sigma=None, gate=50.0, adapt='inflate', covariance_step=0.1, kind='rate', \
-            barometer_sigma=0.5, barometer_walk=0.05, compass_sigma=0.035, compass_walk=0.001, \
+            barometer_sigma=0.5, barometer_walk=0.02, compass_sigma=0.035, compass_walk=0.001, \
             baseline=None, limits=None)"
     )]
     // The arguments are those of the class in Python.
@@ -329,9 +329,8 @@ impl NavigationFilter {
 
     /// Takes the vector from the first to the second antenna: when, s, north, east, down, m, (3,); the
     /// same in body axes, m, (3,), by default that of the constructor; its standard deviation, m, one or
-    /// three axes. It is rejected unless it is as long as ``baseline``, and agrees with the filter;
-    /// vectors of the right length that disagree for ten seconds by a constant angle widen the
-    /// orientation's covariance. Returns as ``update_height``. ValueError if no baseline is given.
+    /// three axes. It is rejected unless it is as long as ``baseline``, and agrees with the filter, also
+    /// on average; after a disturbance it must agree for two seconds. Returns as ``update_height``. ValueError if no baseline is given.
     #[pyo3(signature = (t, vector, baseline=None, sigma=None),
         text_signature = "($self, t, vector, baseline=None, sigma=0.02)")]
     fn update_baseline<'py>(

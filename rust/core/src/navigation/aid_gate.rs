@@ -146,7 +146,7 @@ impl AidGate {
         AidDecision::Take
     }
 
-    /// A frozen sensor does not agree with itself.
+    /// A sensor that is frozen or broken agrees with nothing.
     pub fn freeze(&mut self) {
         self.disturbed = true;
         (self.agrees_since, self.first_time) = (f64::NAN, f64::NAN);

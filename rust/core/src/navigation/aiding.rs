@@ -281,7 +281,7 @@ impl NavigationFilter {
         }
     }
 
-    pub(crate) fn add_angles(&mut self) {
+    fn add_angles(&mut self) {
         let [level, heading] = WIDENED_VARIANCES_RAD2;
         for (i, more) in [level, level, heading].into_iter().enumerate() {
             self.covariance.widen(PHI + i, more);

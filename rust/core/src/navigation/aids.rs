@@ -421,7 +421,7 @@ impl NavigationFilter {
         let time = self.sensors.time;
         let moving = self.is_moving();
         let gate = &mut self.aids.gates[given.sensor];
-        let frozen = gate.is_frozen(gate.time, &given.raw, moving);
+        let broken = gate.is_frozen(gate.time, &given.raw, moving) || !has_length(given);
         gate.noise.learn(time, &measured.z);
         let noise = self.aid_noise(given);
         let before = self.covariance;
@@ -431,8 +431,8 @@ impl NavigationFilter {
         gate.new = new;
         gate.average(measured.axes);
         let limit = if measured.axes == 1 { MAX_NIS } else { MAX_BASELINE_NIS };
-        let passes = gate.nis(measured.axes) <= limit && has_length(given, &noise);
-        let decision = if frozen {
+        let passes = gate.nis(measured.axes) <= limit;
+        let decision = if broken {
             gate.freeze();
             AidDecision::Reject
         } else {
@@ -489,18 +489,13 @@ impl NavigationFilter {
         })
     }
 
-    /// The constant of the sensor has changed by what the reading differs by; a baseline has none, and
-    /// says that the orientation is wrong.
+    /// The constant of the sensor, if it has one, has changed by what the reading differs by.
     #[cold]
     fn change_constant(&mut self, measured: &Measured) {
         let estimated = |constant: &usize| self.covariance.has_constant(*constant);
-        match measured.constant.filter(estimated) {
-            Some(constant) => {
-                let gain = &mut self.aids.gains[constant - BAROMETER];
-                *gain = (CHANGE_FACTOR * measured.z.x * measured.z.x).min(MAX_GAIN);
-            }
-            None if measured.axes == 3 => self.add_angles(),
-            None => {}
+        if let Some(constant) = measured.constant.filter(estimated) {
+            let gain = &mut self.aids.gains[constant - BAROMETER];
+            *gain = (CHANGE_FACTOR * measured.z.x * measured.z.x).min(MAX_GAIN);
         }
     }
 
@@ -589,12 +584,12 @@ fn constant_of(sensor: usize) -> Option<usize> {
 }
 
 /// True if a measured baseline is as long as the known one; other readings have no length.
-fn has_length(given: &Given, noise: &Vector3<f64>) -> bool {
+fn has_length(given: &Given) -> bool {
     if given.sensor != 2 {
         return true;
     }
     let known = given.baseline.norm();
-    let limit = MAX_LENGTH_SIGMAS * noise.amax().simd_sqrt() + MAX_LENGTH_SHARE * known;
+    let limit = MAX_LENGTH_SIGMAS * given.sigma.amax() + MAX_LENGTH_SHARE * known;
     (given.value.norm() - known).abs() <= limit
 }
 

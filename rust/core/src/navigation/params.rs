@@ -59,7 +59,7 @@ impl Default for AidParams {
     fn default() -> Self {
         Self {
             barometer_sigma: 0.5,
-            barometer_walk: 0.05,
+            barometer_walk: 0.02,
             compass_sigma: 0.035,
             compass_walk: 0.001,
             baseline: None,

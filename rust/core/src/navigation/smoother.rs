@@ -640,7 +640,7 @@ mod tests {
 
     /// A body that sways about a place for 40 s. Fixes come four times a second, with an outage, one
     /// that is rejected, and from 30 s on they are far off, so that the filter gives way.
-    fn observe_run(antenna_sigma: f64, consider_antenna: bool) -> Watched {
+    fn observe_run(antenna_sigma: f64, consider_antenna: bool, aided: bool) -> Watched {
         let start = Start {
             quaternion: [1.0, 0.0, 0.0, 0.0],
             heading_known: true,
@@ -679,6 +679,9 @@ mod tests {
             watched.sample(k as usize);
             let sample = Inertial { time, gyro, accel, rest: false };
             filter.update_before(&sample, &mut watched).expect("in order");
+            if aided && k % 10 == 3 {
+                take_aids(&mut filter, time, &mut watched);
+            }
             if k % 12 == 0 && !(12.0..19.0).contains(&time) {
                 let far = if k == 600 - 24 || time > 30.0 { 1e-4 } else { 0.0 };
                 let noise = 1e-8 * f64::from(k * 7919 % 13);
@@ -697,10 +700,30 @@ mod tests {
         watched
     }
 
+    /// Of a barometer and a compass, which are disturbed for a while, and two antennas.
+    fn take_aids(filter: &mut NavigationFilter, time: f64, watched: &mut Watched) {
+        let wave = (13.0 * time).sin();
+        let step = if (20.0..36.0).contains(&time) { 1.0 } else { 0.0 };
+        let height = 130.0 + 0.5 * wave + 9.0 * step;
+        let heading = filter.motion.heading() + 0.02 * wave + step;
+        let (sin, cos) = filter.motion.heading().sin_cos();
+        let readings = [
+            Reading::Height(height),
+            Reading::Heading(heading),
+            Reading::Baseline([cos, sin, 0.01 * wave], Some([1.0, 0.0, 0.0])),
+        ];
+        for reading in readings {
+            let aid = Aid { time, reading, sigma: [0.05; 3] };
+            filter.update_aid_before(&aid, watched).expect("a reading");
+        }
+    }
+
     #[test]
     fn it_says_what_rauch_tung_and_striebel_say() {
-        for (antenna_sigma, considered) in [(0.0, false), (0.1, false), (0.1, true)] {
-            let watched = observe_run(antenna_sigma, considered);
+        let cases = [(0.0, false), (0.1, false), (0.1, true)];
+        let all = cases.into_iter().flat_map(|case| [(case, false), (case, true)]);
+        for ((antenna_sigma, considered), aided) in all {
+            let watched = observe_run(antenna_sigma, considered, aided);
             let smoothed = watched.smoothed();
             let found: Vec<_> = watched.record.smoothed(true).collect();
             assert_eq!(found.len(), smoothed.len());
@@ -729,7 +752,7 @@ mod tests {
 
     #[test]
     fn errors_are_the_same_without_deviations() {
-        let watched = observe_run(0.1, false);
+        let watched = observe_run(0.1, false, true);
         let [with, without] = [true, false].map(|deviations| watched.record.smoothed(deviations));
         for (one, other) in with.zip(without) {
             assert_eq!((one.before, one.after), (other.before, other.after));
