@@ -1,7 +1,7 @@
 """The crate fusion-nav on the scenarios of ``examples/navigation_scenarios.py``.
 
-``python benches/navigation_peer.py [SEEDS]`` builds ``benches/fusion_nav`` with cargo and prints the
-scenarios' table for that filter. It gets the same samples, fixes, start and noise; headings of a
+``python benches/navigation_peer.py [SEEDS]`` builds ``benches/fusion_nav`` with cargo and prints
+the scenarios' table for that filter. It gets the same samples, fixes, start and noise; headings of a
 compass come as a field that its own tilt levels, vectors between antennas as headings.
 """
 
@@ -32,7 +32,11 @@ def lines_of(made):
     gravity = float(normal_gravity(latitude, drive.truth_position[0, 2]))
     noise = [scenarios.GYRO.angle_random_walk, scenarios.ACCEL.angle_random_walk]
     walks = [scenarios.GYRO.rate_random_walk, scenarios.ACCEL.rate_random_walk]
-    yield "config", [float(x) for x in (*noise, *walks, scenarios.BAROMETER["barometer_walk"])] + [gravity, *LIMITS]
+    yield (
+        "config",
+        [float(x) for x in (*noise, *walks, scenarios.BAROMETER["barometer_walk"])]
+        + [gravity, *LIMITS],
+    )
     fixes = pack_fixes(made.fixes)
     fixes = fixes[fixes[:, 0] >= start.time]
     first = fixes[0]
@@ -89,7 +93,7 @@ def field_of(quaternion, heading):
 def run(made):
     """Return the rows of `navigation_scenarios.run` for this filter."""
     text = "\n".join(f"{word} {' '.join(map(repr, map(float, x)))}" for word, x in lines_of(made))
-    done = subprocess.run(  # noqa: S603
+    done = subprocess.run(
         [str(TARGET / "release" / "fusion-nav-peer")], input=text, capture_output=True, text=True,
         check=True,
     )  # fmt: skip
@@ -124,7 +128,7 @@ def row_of(drive, x):
 def main(seeds=scenarios.SEEDS):
     """Build the peer and print its table."""
     build = ["cargo", "build", "--release", "--quiet", "--target-dir", str(TARGET)]
-    subprocess.run(build, cwd=BENCH, check=True)  # noqa: S603
+    subprocess.run(build, cwd=BENCH, check=True)
     scenarios.main(seeds, run)
 
 

@@ -1,7 +1,7 @@
 """Consistency of the navigation filter with aids, on fourteen seeded scenarios.
 
-``python examples/navigation_scenarios.py [SEEDS]`` prints three tables in Markdown, with 50 seeds in
-some minutes on two cores. Vehicles are those of ``vehicles.py`` and cars of ``zr.simulate_drive``;
+``python examples/navigation_scenarios.py [SEEDS]`` prints three tables in Markdown, with 50 seeds
+in some minutes on two cores. Vehicles are those of ``vehicles.py`` and cars of ``zr.simulate_drive``;
 the filter has the true noise of its sensors and a start that is off by what it states.
 """
 
@@ -9,6 +9,7 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -36,9 +37,7 @@ SETTLED_S = 25.0
 GRAVITY = 9.80665
 COMPASS_OFFSET_RAD, COMPASS_NOISE_RAD = 0.035, 0.05
 GYRO = zr.NoiseModel(angle_random_walk=2e-4, rate_random_walk=2e-6)
-ACCEL = zr.NoiseModel(
-    angle_random_walk=3e-3, rate_random_walk=2e-5, quantity="acceleration"
-)
+ACCEL = zr.NoiseModel(angle_random_walk=3e-3, rate_random_walk=2e-5, quantity="acceleration")
 NOISE = {"gyro": GYRO, "accel": ACCEL}
 BIASES = {"gyro_bias": 1e-3, "accel_bias": 0.02}
 BAROMETER = {"barometer_sigma": 0.4, "barometer_walk": 0.02}
@@ -213,7 +212,9 @@ def two_antennas(seed):
 def canyon(seed, **how):
     """Return a car among houses: half of the fixes lost, one in twelve off by 60 m."""
     known = {"sigma": 12.0, "keep": 0.5, "wrong": 0.08, **how}
-    return case("car", seed, aids=carried, fixes=lambda d: disturbed(d.fixes, CANYON, seed, **known))
+    return case(
+        "car", seed, aids=carried, fixes=lambda d: disturbed(d.fixes, CANYON, seed, **known)
+    )
 
 
 def jammed(seed, **how):
@@ -284,7 +285,7 @@ def run(made):
     fixes, aids = pack_fixes(made.fixes), AidRows.of(made.aids, drive.time).rows
     edges = np.arange(0, len(drive.time) + 1, round(STEP_S * RATE))
     rows = []
-    for first, last in zip(edges[:-1], edges[1:], strict=True):
+    for first, last in pairwise(edges.tolist()):
         part, end = slice(first, last), drive.time[last - 1]
         begin = -np.inf if first == 0 else drive.time[first - 1]
         nav.process_arrays(
@@ -415,7 +416,9 @@ def print_aids(pool, seeds):
         found = np.array(list(pool.map(partial(heights, options), range(seeds))))
         for k, seconds in enumerate(OUTAGES_S):
             bare, _, held, error = found[:, 4 * k : 4 * k + 4].T
-            rows.append((f"height, drone, {seconds:g} s, {name}: σ, m", *compared(bare, held, error)))
+            rows.append(
+                (f"height, drone, {seconds:g} s, {name}: σ, m", *compared(bare, held, error))
+            )
     found = np.degrees(np.vstack(list(pool.map(headings, range(seeds)))))
     error, held, _, bare = found.T
     rows.append(("heading, robot at rest, compass: σ, deg", *compared(bare, held, error)))

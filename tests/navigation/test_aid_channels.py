@@ -145,9 +145,11 @@ def test_names_of_aids(name, kind, unit):
 
 @pytest.mark.parametrize(
     "name",
-    ["diff_pressure_pa", "airspeed_pressure", "tire_pressure_bar", "pressure_sigma_pa", "course_deg",
-     "heading", "baro_alt", "baseline_sigma_north_m", "target_heading_deg", "oil_pressure"],
-)  # fmt: skip
+    (
+        "diff_pressure_pa airspeed_pressure tire_pressure_bar pressure_sigma_pa course_deg heading "
+        "baro_alt baseline_sigma_north_m target_heading_deg oil_pressure"
+    ).split(),
+)
 def test_names_of_no_aid(name):
     meaning = meaning_of(name)
     assert meaning is None or meaning.kind not in ("pressure", "height", "heading", "baseline")

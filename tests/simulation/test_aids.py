@@ -52,7 +52,9 @@ def test_a_magnetometer_shows_the_heading_with_declination_and_iron():
     field = magnetometer(one, sigma=0.0, hard_iron=iron, magnets=[(30.0, 35.0, (5.0, 0.0, 0.0))])
     plain = magnetometer(one, sigma=0.0)
     inside = (one.time >= 30.0) & (one.time < 35.0)
-    np.testing.assert_allclose((field - plain)[inside], np.tile(iron + [5.0, 0.0, 0.0], (250, 1)))
+    np.testing.assert_allclose(
+        (field - plain)[inside], np.tile(iron + np.array((5.0, 0.0, 0.0)), (250, 1))
+    )
     np.testing.assert_allclose((field - plain)[~inside], np.tile(iron, (2750, 1)))
     level = zr.geometry.rotations.rotate(one.truth_quaternion, plain)
     np.testing.assert_allclose(np.arctan2(level[:, 1], level[:, 0]), 0.075)

@@ -7,8 +7,7 @@ with an alarm, or refused if it was requested.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -327,7 +326,7 @@ def _fit_convention(
 
 
 def _motion_heading(channel: Channel, track: Track | None) -> tuple[Booleans, Floats, Floats]:
-    """Return where the motion shows the heading, that heading, and the height of the track."""
+    """Return the mask of headings that the motion shows, these headings, and heights, m."""
     n = len(channel.time)
     if track is None or not track.n:
         return np.zeros(n, dtype=np.bool_), np.full(n, np.nan), np.full(n, np.nan)
@@ -359,9 +358,7 @@ def _mask_frozen(channel: Channel, track: Track | None, found: AidInputs) -> Cha
         f"{'turns' if channel.kind == 'heading' else 'climbs'}: left out there"
     )
     sigma = None if channel.sigma is None else channel.sigma[~frozen]
-    return channel._replace(
-        time=channel.time[~frozen], values=channel.values[~frozen], sigma=sigma
-    )
+    return channel._replace(time=channel.time[~frozen], values=channel.values[~frozen], sigma=sigma)
 
 
 def _range(values: Floats) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from datetime import UTC, datetime
 from typing import Final, NamedTuple
 
@@ -73,7 +72,9 @@ def find_field_heading(recording: Recording, fixes: Fixes, track: Track) -> Fiel
     try:
         calibration = calibrate_magnetometer(recording)
     except LogError as fault:
-        return FieldHeading(None, (make_sentence("the magnetometer gives no heading: ", *fault.args),))
+        return FieldHeading(
+            None, (make_sentence("the magnetometer gives no heading: ", *fault.args),)
+        )
     if not calibration.valid:
         reason = "; ".join(calibration.problems)
         return FieldHeading(None, (f"the magnetometer gives no heading: {reason}",))
@@ -106,7 +107,7 @@ def _level(
     rows = rows[np.isfinite(field[rows]).all(axis=1)]
     time, values = raw_time[rows], field[rows]
     at = np.clip(np.searchsorted(track.time, time), 0, track.n - 1)
-    level, size = _turn_level(values, track, at, samples)
+    level = _turn_level(values, track, at, samples)
     heading = np.arctan2(-level[:, 1], level[:, 0]) + declination
     sigma, keep = _find_sigma(calibration, level, heading, time)
     if not keep.any():
@@ -119,10 +120,8 @@ def _level(
     return channel, dip
 
 
-def _turn_level(
-    values: Floats, track: Track, at: np.ndarray, samples: Samples
-) -> tuple[Floats, Floats]:
-    """Return fields in axes that are level, x forward; and their sizes."""
+def _turn_level(values: Floats, track: Track, at: np.ndarray, samples: Samples) -> Floats:
+    """Return fields in axes that are level, x forward."""
     angles = euler_angles(track.quaternion[at])
     unknown = ~track.navigating[at]
     if unknown.any():
@@ -131,7 +130,7 @@ def _turn_level(
         pitch = np.arctan2(force[:, 0], np.hypot(force[:, 1], force[:, 2]))
         angles[unknown, 0], angles[unknown, 1] = roll, pitch
     tilt = from_euler_angles(angles[:, 0], angles[:, 1], np.zeros(len(angles)))
-    return rotate(tilt, values), np.linalg.norm(values, axis=1)
+    return rotate(tilt, values)
 
 
 def _smooth(values: Floats, width: int) -> Floats:
@@ -141,7 +140,8 @@ def _smooth(values: Floats, width: int) -> Floats:
     n = len(values)
     first = np.clip(np.arange(n) - width // 2, 0, n)
     last = np.clip(np.arange(n) + width // 2 + 1, 0, n)
-    return (sums[last] - sums[first]) / (last - first)[:, np.newaxis]
+    means: Floats = (sums[last] - sums[first]) / (last - first)[:, np.newaxis]
+    return means
 
 
 def _find_sigma(

@@ -360,8 +360,8 @@ def meaning_of(name: str) -> Meaning | None:
     """Return the meaning of a column's name, None for one that is of no sensor known.
 
     The kinds are ``gyro``, ``accel``, ``mag``, ``temperature``, ``velocity``, ``position``,
-    ``gravity``, ``reference``, ``pressure``, ``height``, ``heading`` and ``baseline``, and ``velocity_sigma`` and ``position_sigma`` for standard
-    deviations.
+    ``gravity``, ``reference``, ``pressure``, ``height``, ``heading`` and ``baseline``, and
+    ``velocity_sigma`` and ``position_sigma`` for standard deviations.
     """
     stem, unit = _split_unit_of_kind(name, _ANGLE_UNITS)
     if unit in ("deg", "rad") and _HEADING.match(to_snake_case(stem)):

@@ -211,9 +211,7 @@ def _make_usable_table(track: Track) -> Table:
         share = 100.0 * float(usable.mean()) if usable.size else 0.0
         end = "yes" if usable.size and usable[-1] else "no"
         rows.append((f"{output}, {unit}", shorten(limit * factor, 3), f"{share:.1f}", end))
-    return Table(
-        "Usable", ("", "σ at most", "% of the time", "at the end"), tuple(rows)
-    )
+    return Table("Usable", ("", "σ at most", "% of the time", "at the end"), tuple(rows))
 
 
 def _make_states_table(track: Track) -> Table:

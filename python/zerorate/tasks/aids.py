@@ -82,7 +82,7 @@ class AidRequest:
 def _read(
     kind: str, argument: str, readings: str | npt.ArrayLike | Aid, source: Source, of: Recording
 ) -> Channel:
-    """Return the channel of a column, of an array at the gyro's samples, or of values with times."""
+    """Return the channel of a column, an array at the gyro's samples, or values with times."""
     if isinstance(readings, Aid):
         spread = np.asarray(readings.sigma)
         return Channel(

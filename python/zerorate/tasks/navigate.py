@@ -69,8 +69,8 @@ if TYPE_CHECKING:
 PathLike = str | os.PathLike[str]
 _START_READINGS: Final = 10
 """Readings of a compass whose mean is the heading at the start."""
-_COMPASS_SIGMA_RAD: Final = float(NAVIGATION_OPTIONS["compass_sigma"].default)
-"""Offset of a compass that the filter expects, rad."""
+_COMPASS_SIGMA_RAD: Final = 0.035
+"""Default of the filter's ``compass_sigma``, rad."""
 StatedNoise = NoiseModel | PathLike | None
 """A model of a sensor's noise, or the file of one."""
 
@@ -300,8 +300,8 @@ def navigate(
     tick : float, optional
         Metres per tick; by default from the receiver's speed.
     pressure, baro_height : str, array_like, shape (n,), or Aid, optional
-        Pressure, or height, m, of a barometer: a column of the source, values at the gyro's samples,
-        or `zerorate.navigation.Aid`. Default: found by its name (``pressure_hpa``,
+        Pressure, or height, m, of a barometer: a column of the source, values at the gyro's
+        samples, or `zerorate.navigation.Aid`. Default: found by its name (``pressure_hpa``,
         ``baro_alt_m``).
     pressure_unit : str, optional
         Pa, hPa, kPa, bar, inHg, mmHg or psi. Default: by the name, or by the size of the pressure
@@ -513,10 +513,12 @@ class _Run:
             return AidInputs()
         recording = self.beginning.recording
         track = nav.copy().process(recording, self.fixes, keep="track", **inputs)
-        channels, notes = list(self.channels), []
+        channels, notes = list(self.channels), list[str]()
         if self.mag and not any(channel.kind == "heading" for channel in channels):
             if recording.mag is None:
-                raise LogError("there is no magnetometer; the recording has: " + ", ".join(recording))
+                raise LogError(
+                    "there is no magnetometer; the recording has: " + ", ".join(recording)
+                )
             found = find_field_heading(recording, self.fixes, track)
             notes += found.notes
             channels += [] if found.channel is None else [found.channel]
