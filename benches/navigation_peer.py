@@ -1,8 +1,8 @@
 """The crate fusion-nav on the scenarios of ``examples/navigation_scenarios.py``.
 
 ``python benches/navigation_peer.py [SEEDS]`` builds ``benches/fusion_nav`` with cargo and prints
-the scenarios' table for that filter. It gets the same samples, fixes, start and noise; headings of a
-compass come as a field that its own tilt levels, vectors between antennas as headings.
+the scenarios' table for that filter. It gets the same samples, fixes, start and noise; headings of
+a compass come as a field that its own tilt levels, vectors between antennas as headings.
 """
 
 import subprocess

@@ -145,10 +145,18 @@ def test_names_of_aids(name, kind, unit):
 
 @pytest.mark.parametrize(
     "name",
-    (
-        "diff_pressure_pa airspeed_pressure tire_pressure_bar pressure_sigma_pa course_deg heading "
-        "baro_alt baseline_sigma_north_m target_heading_deg oil_pressure"
-    ).split(),
+    [
+        "diff_pressure_pa",
+        "airspeed_pressure",
+        "tire_pressure_bar",
+        "pressure_sigma_pa",
+        "course_deg",
+        "heading",
+        "baro_alt",
+        "baseline_sigma_north_m",
+        "target_heading_deg",
+        "oil_pressure",
+    ],
 )
 def test_names_of_no_aid(name):
     meaning = meaning_of(name)
