@@ -110,7 +110,7 @@ def _magnetometer(message: Message) -> _Columns:
 
 
 def _barometer(message: Message) -> _Columns:
-    named = {"Press": "pressure_pa", "Alt": "baro_altitude_m", "Temp": "baro_temperature_degc"}
+    named = {"Press": "pressure_pa", "Alt": "baro_altitude_m", "Temp": "barotemp_degc"}
     return _rename(message, named)
 
 
