@@ -2,8 +2,9 @@
 
 Errors are those of position, velocity and orientation, estimated less true, and of the biases, true
 less estimated. A velocity's is that in the frame which is believed in: v_hat - exp(-[phi x]) v.
-Eight constants follow, true less estimated: scale, yaw and pitch of wheels, the place of the antenna,
-the reference of the barometer and the offset of the compass; one that is known has no variance.
+Eight constants follow, true less estimated: scale, yaw and pitch of wheels, the place of the
+antenna, the reference of the barometer and the offset of the compass; one that is known has no
+variance.
 """
 
 import numpy as np

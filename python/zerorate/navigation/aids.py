@@ -179,7 +179,7 @@ def unpack_usable(bits: npt.NDArray[np.uint8]) -> Booleans:
 
 
 def judge_sigma(sigma: Floats, limits: dict[str, float]) -> Booleans:
-    """Return which outputs of a smoothed track are within their limits, shape (n, 5)."""
+    """Return the mask of outputs of a smoothed track within their limits, shape (n, 5)."""
     parts = (slice(0, 2), slice(2, 3), slice(3, 6), slice(6, 8), slice(8, 9))
     sizes = [np.sqrt((sigma[:, part] ** 2).sum(axis=1)) for part in parts]
     within: Booleans = np.column_stack(sizes) <= [limits[name] for name in OUTPUTS]

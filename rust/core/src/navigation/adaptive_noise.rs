@@ -35,7 +35,7 @@ impl AdaptiveNoise {
         Self { spread: Vector3::zeros(), count: 0, last: Vector3::zeros(), last_time: f64::NAN }
     }
 
-    /// Return what was learned, for a filter that restarts.
+    /// Return the learned noise, for a filter that restarts.
     pub fn restarted(self) -> Self {
         Self { spread: self.spread, count: self.count, ..Self::new() }
     }

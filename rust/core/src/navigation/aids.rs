@@ -513,7 +513,7 @@ impl NavigationFilter {
         let Some((heading, _)) = self.heading_at(age) else { return Verdict::Refused };
         let off = wrap(given.value.x - self.aids.offset - heading);
         let variance = given.sigma.x * given.sigma.x;
-        // One that does not agree with those before starts anew.
+        // The mean restarts at a reading that disagrees with it.
         let agrees = off * off <= MAX_START_SIGMAS * MAX_START_SIGMAS * 2.0 * variance;
         let before = begun.filter(|_| agrees).map_or(0.0, |start| start.count);
         let count = (before + 1.0).min(MAX_START_COUNT);
