@@ -45,7 +45,8 @@ def rms(values):
 
 def main(seeds=SEEDS):
     """Print the table."""
-    head = ("vehicle, field", "heading, deg: without, with", "worst", "σ, deg", "error / σ", "track, m")
+    head = ("vehicle, field", "heading, deg: without, with", "worst", "σ, deg", "error / σ")
+    head += ("track, m",)
     rows = []
     with ProcessPoolExecutor(2) as pool:
         for kind in ("drone", "boat", "robot", "car"):

@@ -36,6 +36,8 @@ SEEDS = 50
 RATE, SECONDS, REST = 50.0, 150.0, 15.0
 STEP_S = 1.0
 SETTLED_S = 25.0
+GAP_S = 5.0
+"""Seconds without fixes, after which the filter takes none alone."""
 GRAVITY = 9.80665
 COMPASS_OFFSET_RAD, COMPASS_NOISE_RAD = 0.035, 0.05
 GYRO = zr.NoiseModel(angle_random_walk=2e-4, rate_random_walk=2e-6)
@@ -322,20 +324,28 @@ def output_errors(e, drive, k, nav):
     return plane, abs(e[2]), np.linalg.norm(velocity), tilt, abs(e[8])
 
 
-def fix_errors(made, after):
-    """Return the horizontal errors of the fixes after a time, m."""
-    fixes, drive = made.fixes, made.drive
+def settled_fixes(made):
+    """Return the fixes after the filter has settled, without the first two after a gap."""
+    time = made.fixes.time
+    gaps = np.flatnonzero(np.diff(time) > GAP_S) + 1
+    dropped = np.isin(np.arange(len(time)), np.concatenate([gaps, gaps + 1]))
+    return made.fixes.chosen(~dropped & (time > made.start.time + SETTLED_S))
+
+
+def fix_errors(fixes, drive):
+    """Return the horizontal errors of fixes, m."""
     at = np.clip(np.searchsorted(drive.time, fixes.time), 0, len(drive.time) - 1)
     off = local_ned(fixes.position, drive.truth_position[at])[:, :2]
-    return np.hypot(*off[fixes.time > after].T)
+    return np.hypot(*off.T)
 
 
 def study(work, understates, name, seed):
     """Return the numbers of one run, which `work` makes of a case."""
     made = (UNDERSTATED if understates else SCENARIOS)[name](seed)
     rows = work(made)
-    at_fixes = np.isin(np.floor(rows[:, 0]), made.fixes.time.round())
-    return rows, fix_errors(made, made.start.time + SETTLED_S), at_fixes
+    fixes = settled_fixes(made)
+    at_fixes = np.isin(np.floor(rows[:, 0]), fixes.time.round())
+    return rows, fix_errors(fixes, made.drive), at_fixes
 
 
 def rms(values):

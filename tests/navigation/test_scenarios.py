@@ -16,7 +16,7 @@ def test_errors_are_as_large_as_stated(name):
     nees, false, missed, usable, track, fixes = STUDY.summary(results)
     assert 0.6 < nees[0] < 1.4, nees
     assert (nees[1:5] < 2.5).all(), nees
-    assert track < fixes or "without fixes" in name
+    assert track < fixes
     assert false < 0.03
     assert missed < 0.1
     assert usable > 0.8
