@@ -136,6 +136,21 @@ def test_a_magnetometer_never_turns_the_track_wrong(seed, iron, magnet):
     assert any("magnetometer" in note for note in found.notes)
 
 
+def test_outages_have_the_aids(boat):
+    made, recording = boat
+    pressure = barometer(made)
+    plain, aided = (
+        zr.navigation.outages(made.recording(), made.fixes, seconds=20.0, aids=aids)
+        for aids in (None, {"pressure": pressure})
+    )
+    assert plain[20.0].n == aided[20.0].n
+    assert plain[20.0].rms() != aided[20.0].rms()
+    found = zr.navigate(recording, made.fixes, outages=20.0)
+    assert found.outages[20.0].n == plain[20.0].n
+    with pytest.raises(TypeError):
+        zr.navigation.outages(made.recording(), made.fixes, seconds=20.0, aids={"wind": pressure})
+
+
 def test_a_magnetometer_is_not_used_unless_requested():
     made = simulate_vehicle("robot", SECONDS, seed=1)
     recording = with_aids(made, mag=magnetometer(made, 25.0))
