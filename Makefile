@@ -17,7 +17,7 @@ PACKAGE = $(if $(WHEEL),'$(WHEEL)[all]',--editable '.[all]')
 UV ?=
 INSTALL = $(if $(UV),$(UV) pip install --python $(BIN)/python,$(BIN)/pip install) --quiet
 
-.PHONY: help demo wheel clean-systems minimal board test test-core test-package nightly fuzz lint lint-core lint-package docs links bench ratchet ratchet-renew results compare clean check-python check-cargo check-valgrind
+.PHONY: help demo wheel clean-systems minimal board test test-core test-package nightly fuzz fuzz-core lint lint-core lint-package docs links bench ratchet ratchet-renew results compare clean check-python check-cargo check-valgrind
 
 help: ## Show this help
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -63,8 +63,12 @@ test-package: $(TOOLS)
 # its example without its default feature, the benches of times, each once, the filters in a library
 # with neither std nor an allocator, whose lints would check all dependencies once more.
 nightly: $(TOOLS) ## Test for an hour or two what .ci/run tests for minutes
-	HYPOTHESIS_PROFILE=deep $(BIN)/python -m pytest --numprocesses=logical --dist=worksteal --slow
-	PROPTEST_CASES=5000 ZR_EVERY_ORDER=1 cargo test --quiet --release --package zerorate-core
+	HYPOTHESIS_PROFILE=deep ZERORATE_HISTORIES=2000 \
+		$(BIN)/python -m pytest --numprocesses=logical --dist=worksteal --slow
+	PROPTEST_CASES=5000 ZERORATE_HISTORIES=25000 ZR_EVERY_ORDER=1 \
+		cargo test --quiet --release --package zerorate-core
+	ZERORATE_HISTORIES=25000 cargo test --quiet --release --package zerorate-c --test histories
+	$(MAKE) fuzz-core
 	ZR_EVERY_ORDER=1 cargo test --quiet --package zerorate-core --no-default-features
 	cargo run --quiet --package zerorate-core --no-default-features --profile test --example controller
 	cargo test --quiet --package zerorate-benches --benches
@@ -90,6 +94,13 @@ MINUTES ?= 60
 fuzz: $(TOOLS) ## Search for faults for MINUTES (60), with a seed of its own
 	FUZZ_SEED=$${FUZZ_SEED:-$$(date +%s)} FUZZ_MINUTES=$(MINUTES) \
 		$(BIN)/python -m pytest tests/fuzz --numprocesses=logical
+
+CASES ?= 1000000
+
+# Nothing is compiled anew after the tests of the core in `nightly`.
+fuzz-core: | check-cargo ## Try CASES (1000000) damaged inputs on each reader of bytes in the core
+	PROPTEST_CASES=$(CASES) ZR_EVERY_ORDER=1 \
+		cargo test --quiet --release --package zerorate-core any_bytes
 
 lint: lint-core lint-package ## Check format, lints, types and stubs
 

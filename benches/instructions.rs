@@ -20,8 +20,8 @@ use zerorate_core::identification::Estimator as Autoregression;
 use zerorate_core::linear::{Batch, Known, LinearBank, Model};
 use zerorate_core::navigation::foot::{FootFilter, FootParams};
 use zerorate_core::navigation::{
-    Adapt, Aid, AidParams, Fix, Inertial, Kind, LIMITS, NavigationFilter, NavigationParams,
-    Reading, Record as Steps, Start,
+    Adapt, Aid, AidParams, Fix, Inertial, Kind, LIMITS, Navigates, NavigationBank,
+    NavigationFilter, NavigationParams, Observed, Reading, Record as Steps, Start,
 };
 use zerorate_core::stream::checkpoint::{self, Checkpoint};
 use zerorate_core::stream::{Input, Output};
@@ -206,12 +206,13 @@ fn attitudes() -> Vec<Path> {
     auto.into_iter().chain([learning]).chain(named.into_iter().flatten()).collect()
 }
 
-fn navigator() -> NavigationFilter {
+fn navigator() -> (Start, NavigationParams) {
     let params = NavigationParams {
         gyro_noise: [1e-6; 3],
         accel_noise: [4e-4; 3],
         gyro_walk: [1e-10; 3],
         accel_walk: [2.5e-7; 3],
+        gyro_vibration: 0.0,
         antenna: [0.1, -0.2, -1.0],
         antenna_sigma: [0.0; 3],
         consider_antenna: false,
@@ -236,16 +237,21 @@ fn navigator() -> NavigationFilter {
         gyro_bias_sigma: 1e-4,
         accel_bias_sigma: 0.05,
     };
+    (start, params)
+}
+
+fn filter() -> NavigationFilter {
+    let (start, params) = navigator();
     NavigationFilter::new(start, params).expect("parameters in their ranges")
 }
 
 /// Ten samples after `time`, and a fix if there is one.
-fn drive(nav: &mut NavigationFilter, time: &mut f64, steps: &mut Steps, fixed: bool) {
+fn drive(nav: &mut impl Navigates, time: &mut f64, fixed: bool) {
     for _ in 0..10 {
         *time += 0.01;
         let (time, rest) = (*time, false);
         let sample = Inertial { time, gyro: [0.01, 0.0, -0.02], accel: [0.1, 0.0, -9.81], rest };
-        nav.update_before(&sample, steps).expect("time goes on");
+        nav.take_sample(0, &sample).expect("time goes on");
     }
     if fixed {
         let fix = Fix {
@@ -255,7 +261,7 @@ fn drive(nav: &mut NavigationFilter, time: &mut f64, steps: &mut Steps, fixed: b
             position_sigma: [2.0; 3],
             velocity_sigma: [0.1; 3],
         };
-        nav.update_gnss_before(&fix, steps).expect("deviations are positive");
+        nav.take_fix(&fix).expect("deviations are positive");
     }
 }
 
@@ -270,9 +276,10 @@ fn stride(k: usize) -> [f64; 6] {
 /// Ten samples after `time`, and a position or the reading of an aid.
 fn aided(reading: Option<Reading>) -> impl Fn() -> Work {
     move || -> Work {
-        let (mut nav, mut time) = (navigator(), 0.0);
+        let ((start, params), mut time) = (navigator(), 0.0);
+        let mut nav = NavigationFilter::new(start, params).expect("parameters in their ranges");
         let step = move |nav: &mut NavigationFilter, time: &mut f64| {
-            drive(nav, time, &mut Steps::default(), false);
+            drive(nav, time, false);
             let Some(reading) = reading else {
                 let (position, velocity) = ([0.8, 0.1, 100.0], [f64::NAN; 3]);
                 let [position_sigma, velocity_sigma] = [[2.0; 3], [0.1; 3]];
@@ -283,7 +290,7 @@ fn aided(reading: Option<Reading>) -> impl Fn() -> Work {
             let aid = Aid { time: *time, reading, sigma: [0.2; 3] };
             nav.update_aid(&aid).expect("deviations are positive");
         };
-        drive(&mut nav, &mut time, &mut Steps::default(), true);
+        drive(&mut nav, &mut time, true);
         step(&mut nav, &mut time);
         Box::new(move || (0..100).for_each(|_| step(&mut nav, &mut time)))
     }
@@ -292,13 +299,13 @@ fn aided(reading: Option<Reading>) -> impl Fn() -> Work {
 fn navigation() -> Vec<Path> {
     let driven = |fixed: bool| {
         move || -> Work {
-            let (mut nav, mut time) = (navigator(), 0.0);
-            drive(&mut nav, &mut time, &mut Steps::default(), true);
-            Box::new(move || {
-                for _ in 0..100 {
-                    drive(&mut nav, &mut time, &mut Steps::default(), fixed);
-                }
-            })
+            let (mut filter, mut time) = (filter(), 0.0);
+            let mut run = move |fixed: bool| {
+                let observer = &mut Steps::default();
+                drive(&mut Observed { filter: &mut filter, observer }, &mut time, fixed);
+            };
+            run(true);
+            Box::new(move || (0..100).for_each(|_| run(fixed)))
         }
     };
     vec![
@@ -311,6 +318,12 @@ fn navigation() -> Vec<Path> {
             "navigation, 1000 samples and 100 baselines",
             aided(Some(Reading::Baseline([1.0, 0.0, 0.0], Some([1.0, 0.0, 0.0])))),
         ),
+        path("navigation bank, 1000 samples and 100 fixes", || {
+            let (start, params) = navigator();
+            let mut bank = NavigationBank::new(start, params).expect("parameters in their ranges");
+            let mut time = 0.0;
+            Box::new(move || (0..100).for_each(|_| drive(&mut bank, &mut time, true)))
+        }),
         path("foot, live, 1000 samples", || {
             let params = FootParams { rate: 200.0, level: true, gyro_range: Some(9.0) };
             let mut foot = FootFilter::new(params).expect("a foot");
@@ -322,8 +335,11 @@ fn navigation() -> Vec<Path> {
             })
         }),
         path("navigation, 100 steps of the smoother", || {
-            let (mut nav, mut time, mut steps) = (navigator(), 0.0, Steps::default());
-            (0..100).for_each(|_| drive(&mut nav, &mut time, &mut steps, true));
+            let (mut filter, mut time, mut steps) = (filter(), 0.0, Steps::default());
+            (0..100).for_each(|_| {
+                let mut observed = Observed { filter: &mut filter, observer: &mut steps };
+                drive(&mut observed, &mut time, true);
+            });
             Box::new(move || {
                 let all = black_box(&steps).smoothed(true);
                 black_box(all.map(|step| step.sample).sum::<usize>());

@@ -1,9 +1,10 @@
-"""Logs as MCAP: rows a second, and how much faster than the format's own library.
+"""Logs as MCAP: rows a second both ways, compared with other libraries, and bytes with Parquet.
 
     python benches/mcap_ratios.py [ROWS]
 
-A gyro and an accelerometer of three axes as ``sensor_msgs/Imu``, least of five rounds; the
-library writes as many bytes a message, once, for a tenth of the rows.
+A gyro and an accelerometer of three axes as ``sensor_msgs/Imu``, in steps of 0.001, least of five
+rounds. The format's library writes as many bytes a message, and rosbags reads and decodes, once,
+for a tenth of the rows.
 """
 
 import sys
@@ -16,23 +17,53 @@ import numpy as np
 import zerorate as zr
 
 
+def logged(rows):
+    """Return a log of six axes."""
+    numbers = np.random.default_rng(1).normal(size=(rows, 6)).round(3)
+    names = [f"gyro_{axis}_radps" for axis in "xyz"]
+    accel = {f"accel_{axis}_mps2": numbers[:, 3 + i] for i, axis in enumerate("xyz")}
+    return zr.Log(np.arange(rows) / 1000, 1000.0, numbers[:, :3], names, "rad/s", extra=accel)
+
+
 def main():
     rows = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
-    rng = np.random.default_rng(1)
-    names = [f"gyro_{axis}_radps" for axis in "xyz"]
-    rates = rng.normal(size=(rows, 3))
-    accel = {f"accel_{axis}_mps2": rng.normal(size=rows) for axis in "xyz"}
-    log = zr.Log(np.arange(rows) / 1000, 1000.0, rates, names, "rad/s", extra=accel)
+    log = logged(rows)
     with tempfile.TemporaryDirectory() as name:
-        path, taken = Path(name) / "a.mcap", []
-        for _ in range(5):
-            begun = time.perf_counter()
-            zr.write_log(log, path, force=True)
-            taken.append(time.perf_counter() - begun)
-        ours = rows / min(taken)
-        print(f"{rows} rows, {1e-6 * path.stat().st_size:.0f} MB: {ours:.3g} rows/s")
-        theirs = library(Path(name) / "b.mcap", rows // 10)
-        print(f"mcap: {theirs:.3g} rows/s; write_log is {ours / theirs:.0f} times as fast")
+        path, other = Path(name) / "a.mcap", Path(name) / "b.mcap"
+        ours = rows / least(lambda: zr.write_log(log, path, force=True))
+        zr.write_log(log, Path(name) / "a.parquet")
+        size, parquet = path.stat().st_size, (Path(name) / "a.parquet").stat().st_size
+        print(f"{rows} rows, {1e-6 * size:.0f} MB, {size / parquet:.2f} times Parquet's")
+        theirs = library(other, rows // 10)
+        print(f"written: {ours:.3g} rows/s; mcap {theirs:.3g}; {ours / theirs:.1f} times as fast")
+        ours = rows / least(lambda: zr.io.read_log(path))
+        zr.write_log(logged(rows // 10), other, force=True)
+        theirs = decoded(other)
+        print(f"read: {ours:.3g} rows/s; rosbags {theirs:.3g}; {ours / theirs:.1f} times as fast")
+
+
+def least(work):
+    """Return the seconds of the fastest of five rounds."""
+    taken = []
+    for _ in range(5):
+        begun = time.perf_counter()
+        work()
+        taken.append(time.perf_counter() - begun)
+    return min(taken)
+
+
+def decoded(path):
+    """Return the rows a second that rosbags reads and decodes."""
+    from rosbags.rosbag2 import Reader
+    from rosbags.typesys import Stores, get_typestore
+
+    store, rows = get_typestore(Stores.ROS2_HUMBLE), 0
+    begun = time.perf_counter()
+    with Reader(path) as reader:
+        for connection, _, raw in reader.messages():
+            store.deserialize_cdr(raw, connection.msgtype)
+            rows += 1
+    return rows / (time.perf_counter() - begun)
 
 
 def library(path, rows):

@@ -1,8 +1,9 @@
 """A live loop with asyncio: ``python examples/asyncio_stream.py [--seconds 2] [--rate 200]``.
 
-A gyro sends a line a sample over a local connection; the server answers each with the compensated
-rate before it reads the next. Beside it, once in a while, one task tells how well the bias is
-known and another saves the filter, off the loop, so that no answer waits for the disk.
+A gyro sends one line per sample over a local connection; the server answers each with the
+compensated rate before it reads the next. Meanwhile one task prints the bias and its standard
+deviation from time to time, and another saves the filter outside the loop, so that no answer waits
+for the disk.
 """
 
 import argparse
@@ -97,7 +98,7 @@ def main() -> None:
     """Run the loop for a while."""
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--seconds", type=float, default=2.0)
-    options.add_argument("--rate", type=float, default=200.0, help="samples a second")
+    options.add_argument("--rate", type=float, default=200.0, help="samples per second")
     arguments = options.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         asyncio.run(live(arguments.seconds, arguments.rate, Path(folder) / "gyro.state"))

@@ -1,6 +1,6 @@
 """How good a track is: in outages on a recorded drive, and against the truth of simulated ones.
 
-``python examples/navigation_tables.py [FOLDER]`` prints five tables in Markdown. FOLDER has the
+``python examples/navigation_tables.py [FOLDER]`` prints six tables in Markdown. FOLDER has the
 recordings ``drive_imu_100hz.parquet`` and ``drive_gnss_4hz.parquet`` (rtklibexplorer/GNSS_IMU,
 data/drive_0708): a car with a consumer sensor, RTK at 4 Hz, and in the metadata mounting, antenna
 and clock. Default: ../shared/data beside the checkout.
@@ -129,14 +129,14 @@ def cell(one, name):
 def coasting_rows(folder):
     """Yield error over sigma, RMS and share in the ellipse on the drive, three series each."""
     imu, fixes = zr.read_recording(folder / IMU), zr.read_fixes(folder / GNSS)
-    for noise in ("stated", "auto"):
+    for name, noise in (("default", "stated"), ("bank", "stated"), ("by coasting", "auto")):
         begun = zr.navigation.find_beginning(imu, fixes, noise=noise)
         series = [
             zr.navigation.outages(
                 begun.recording,
                 fixes,
                 seconds=COASTS,
-                nav=begun.filter(),
+                nav=bank(begun) if name == "bank" else begun.filter(),
                 between=10.0,
                 first=first,
                 time_offset=begun.time_offset,
@@ -144,7 +144,38 @@ def coasting_rows(folder):
             for first in (60.0, 66.0, 73.0)
         ]
         cells = (ratio_cell([one[length] for one in series]) for length in COASTS)
-        yield f"drive, noise {'by coasting' if noise == 'auto' else 'of the default'}", *cells
+        yield f"drive, {name}", *cells
+
+
+def bank(begun):
+    """Return a bank of four filters with a beginning whose noise is stated."""
+    known = {"antenna": begun.antenna, "antenna_sigma": begun.antenna_sigma}
+    return zr.navigation.NavigationBank(
+        begun.start, consider_antenna=begun.consider_antenna, **known
+    )
+
+
+def vibration_rows(folder):
+    """Yield errors after 10 s with the default noise, by fifths of the gyro's vibration."""
+    imu, fixes = zr.read_recording(folder / IMU), zr.read_fixes(folder / GNSS)
+    begun = zr.navigation.find_beginning(imu, fixes, noise="stated")
+    known = {"nav": begun.filter(), "time_offset": begun.time_offset, "seconds": 10.0}
+    changes = np.diff(begun.recording.gyro.data, axis=0)
+    total = np.cumsum(changes**2, axis=0)
+    found = []
+    for first in np.arange(60.0, 75.0):
+        one = zr.navigation.outages(begun.recording, fixes, between=5.0, first=first, **known)[10.0]
+        last = np.flatnonzero(np.diff(one.outage, append=-1))
+        begin, end = np.searchsorted(begun.recording.gyro.time, one.spans.T) - 1
+        mean = np.sqrt((total[end] - total[begin]) / (end - begin)[:, np.newaxis])
+        way = one.errors["position held"][last]
+        way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9)
+        error = one.errors["filter"][last]
+        along, across = (error * way).sum(axis=1), error[:, 1] * way[:, 0] - error[:, 0] * way[:, 1]
+        found.append(np.column_stack([mean, along, across]))
+    found = np.vstack(found)
+    for part in np.array_split(found[np.argsort(found[:, 1])], 5):
+        yield tuple(f"{rms:.2g}" for rms in np.sqrt((part**2).mean(axis=0)))
 
 
 def simulated_coasting_rows():
@@ -153,13 +184,17 @@ def simulated_coasting_rows():
         drives = [zr.simulate_drive(duration=400.0, seed=seed, **options) for seed in range(4)]
         for factor in (0.3, 1.0, 5.0, None):
             noise = {} if factor is None else scaled_noise(factor)
-            series = {"told": [], "found": []}
+            series = {"stated": [], "found": [], "bank": []}
             for drive in drives:
                 imu = drive.recording()
                 start = zr.align(imu, latitude=48.0, heading="course", accel_bias_sigma=ACCEL_BIAS)
                 found = zr.navigation.find_noise(imu, drive.fixes, start, lower=True, **noise)
-                for name, models in (("told", noise), ("found", found.models)):
-                    nav = zr.NavigationFilter(start, **models)
+                for name, kind, models in (
+                    ("stated", zr.NavigationFilter, noise),
+                    ("found", zr.NavigationFilter, found.models),
+                    ("bank", zr.navigation.NavigationBank, noise),
+                ):
+                    nav = kind(start, **models)
                     series[name].append(
                         zr.navigation.outages(
                             imu, drive.fixes, seconds=COASTS, nav=nav, between=10.0
@@ -313,6 +348,9 @@ def main(folder):
     if (folder / IMU).exists():
         print(table(title, head, drive_rows(folder), markdown=True))
         print(table(coasting, coast, coasting_rows(folder), markdown=True))
+        head = ("change of roll rate, rad/s", "pitch", "yaw", "error along, m", "across, m")
+        title = "Coasts of 10 s by the gyro's change from sample to sample, RMS"
+        print(table(title, head, vibration_rows(folder), markdown=True))
     else:
         print(f"no {IMU} in {folder}\n", file=sys.stderr)
     head = (

@@ -1,6 +1,6 @@
 """Outages, starts in motion and unstated antennas of simulated vehicles.
 
-``python examples/navigation_vehicles.py`` prints four tables in Markdown, in some minutes. Errors
+``python examples/navigation_vehicles.py`` prints five tables in Markdown, in some minutes. Errors
 are those against the true tracks of the cars, robots, drones and boats of ``vehicles.py``.
 """
 
@@ -36,6 +36,7 @@ ANTENNAS = {
 
 def outage_rows():
     """Yield errors at the ends of outages, and of the smoothed track inside, in their σ."""
+    everything, drive_count = [[] for _ in LENGTHS], 0
     for kind in ("car", "robot", "drone", "boat"):
         for receiver, options in RECEIVERS.items():
             drives = [simulate_vehicle(kind, SECONDS, seed=seed, **options) for seed in SEEDS]
@@ -43,10 +44,24 @@ def outage_rows():
             cells = []
             for k in range(len(LENGTHS)):
                 end, scaled, inside = (np.vstack([one[k][j] for one in found]) for j in range(3))
-                share = np.mean((scaled**2).sum(axis=1) < ELLIPSE)
                 distance = rms(np.hypot(*end.T))
-                cells.append(f"{rms(scaled):.2f}; {distance:.2g}; {share:.0%}; {rms(inside):.2f}")
+                cells.append(
+                    f"{rms(scaled):.2f}; {distance:.2g}; {inside_ellipse(scaled):.0%}; "
+                    f"{rms(inside):.2f}"
+                )
+                everything[k].append(scaled)
+            drive_count += len(drives)
             yield f"{kind}, {receiver}", *cells
+    cells = (np.vstack(scaled) for scaled in everything)
+    yield (
+        f"all {drive_count}",
+        *(f"{rms(scaled):.2f}; {inside_ellipse(scaled):.1%} of {len(scaled)}" for scaled in cells),
+    )
+
+
+def inside_ellipse(scaled):
+    """Return the share of errors, in σ, within the ellipse that the figures draw."""
+    return np.mean((scaled**2).sum(axis=1) < ELLIPSE)
 
 
 def coasted(drive):
@@ -133,6 +148,46 @@ def settled_errors(drive, fixes, **known):
     return plane, rms(error[:, 2]), rms(scaled[:, :2]), rms(scaled[:, 2]), rms(scaled[:, 8])
 
 
+def stated_antenna_rows():
+    """Yield errors with an antenna that is stated 5 cm wrong an axis, estimated and considered."""
+    cases = {
+        "cars, 1 cm at 5 Hz": ("car", 1.0, ANTENNAS["1 cm, 5 Hz, velocities"]),
+        "robots at 0.4 m/s, 2 cm at 5 Hz": ("robot", 0.3, {"speed": 0.4, **FINE}),
+    }
+    for name, (kind, size, options) in cases.items():
+        drives = []
+        for seed in SEEDS:
+            random = np.random.default_rng([seed, 7])
+            antenna = size * random.uniform((-1, -1, -2), (1, 1, 0))
+            drive = simulate_vehicle(kind, SECONDS, seed=seed, antenna=antenna, **options)
+            drives.append((drive, antenna + 0.05 * random.standard_normal(3)))
+        found = np.array(many(lambda case: stated_antenna_errors(*case), drives))
+        for k, treated in enumerate(("estimated", "considered")):
+            track, heading, scaled, outage = (rms(column) for column in found[:, k].T)
+            yield (
+                f"{name}, {treated}",
+                f"{track:.3f}",
+                f"{heading:.2f}; {scaled:.2f}",
+                f"{outage:.2f}",
+            )
+
+
+def stated_antenna_errors(drive, antenna):
+    """Return track, m, heading, deg and in σ, and 10 s outage, m: estimated and considered."""
+    begun = find_beginning(drive.recording(), drive.fixes, antenna=antenna)
+    rows = []
+    for considered in (False, True):
+        one = replace(begun, consider_antenna=considered)
+        track = one.filter().process(one.recording, drive.fixes, time_offset=one.time_offset)
+        late, truth = track.time > SETTLED, (drive.truth_position, drive.truth_velocity)
+        error = track.errors(*truth, drive.truth_quaternion)[late]
+        heading, sigma = error[:, 8], track.sigma[late, 8]
+        ((end, *_),) = errors_in_outages(drive, one, (10.0,))
+        plane = rms(np.hypot(*error[:, :2].T))
+        rows.append((plane, np.degrees(rms(heading)), rms(heading / sigma), rms(np.hypot(*end.T))))
+    return rows
+
+
 def robot_rows():
     """Yield heading errors in σ of slow robots whose antenna is not stated."""
     known = {"speed": 0.4, "antenna": (0.2, -0.1, -0.3), **FINE}
@@ -151,6 +206,8 @@ def main():
     print(table("Starts in motion", head, start_rows(), markdown=True), flush=True)
     head = ("receiver", "track, height, m", "stated", "ratio", "in σ: track, height, heading")
     print(table("Antenna and clock not stated", head, antenna_rows(), markdown=True), flush=True)
+    head = ("antenna stated 5 cm wrong", "track, m", "heading, deg; in σ", "10 s outage, m")
+    print(table("Antenna stated", head, stated_antenna_rows(), markdown=True), flush=True)
     head = ("slow robots", "heading error over σ", "of one robot")
     print(table("Robots at 0.4 m/s", head, robot_rows(), markdown=True), flush=True)
 

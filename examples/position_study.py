@@ -169,7 +169,7 @@ def measures(path: Floats, drive: Drive) -> tuple[float, float, float]:
 
 
 def rows(drive: Drive, fixes: Fixes) -> list[tuple[str, ...]]:
-    """Return a row a method."""
+    """Return one row per method."""
     found = []
     for name, method in METHODS.items():
         rest, drawn, moving = measures(method(fixes), drive)

@@ -347,7 +347,7 @@ FAULTS = {
     "12 spikes of 40 scatters": (fault_spikes, "spikes"),
     "accelerometer's step of 3.4 scatters": (fault_step, "coarse step"),
     "vibration of 60 m/s²": (fault_vibration, "vibration"),
-    "second harmonic folded, 3 m/s²": (fault_folded, "folded peak"),
+    "second harmonic folded, 3 m/s²": (fault_folded, "aliased peak"),
     "gyro bias of 5 deg/s": (fault_bias, "gyro bias"),
     "bias moves by 0.17 deg/s": (fault_moving_bias, "bias moves"),
     "norm off by 0.4 m/s²": (fault_norm, "gravity"),

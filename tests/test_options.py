@@ -119,8 +119,8 @@ def test_what_is_given_stands():
 
 @pytest.mark.parametrize("name", ["rest_limit", "bias_limit"])
 def test_a_limit_of_rest_is_refused_where_motion_is_ignored(name):
-    told = f"^{name} has no effect on motion 'ignore', only on 'hold'$"
-    with pytest.raises(ValueError, match=told):
+    message = f"^{name} has no effect on motion 'ignore', only on 'hold'$"
+    with pytest.raises(ValueError, match=message):
         DriftFilter(100.0, method="auto", motion="ignore", **{name: 3.0})
     filter_ = DriftFilter(100.0, method="auto", motion="ignore", **{name: None})
     assert DriftFilter(**filter_.params).params == filter_.params

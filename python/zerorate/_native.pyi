@@ -123,6 +123,7 @@ __all__ = [
     "ImuCorrector",
     "LinearKalman",
     "MotionDetector",
+    "NavigationBank",
     "NavigationFilter",
     "NavigationRecord",
     "PositionFilter",
@@ -162,9 +163,11 @@ __all__ = [
     "magnet_covariance",
     "magnet_fit",
     "magnet_partition",
+    "pack_lz4",
     "parse_rows",
     "position_options",
     "propagate_turns",
+    "read_mcap",
     "register",
     "restore_clipped_rates",
     "reversals",
@@ -1083,6 +1086,157 @@ class FootFilter(_Stream, Generic[_Number, _Flag]):
     def rate(self) -> float: ...
 
 @final
+class NavigationBank(_Stream):
+    def __new__(
+        cls,
+        start: Alignment,
+        *,
+        gyro: NoiseModel | Sequence[NoiseModel] | None = None,
+        accel: NoiseModel | Sequence[NoiseModel] | None = None,
+        gyro_vibration: float = 0.0,
+        antenna: npt.ArrayLike = (0.0, 0.0, 0.0),
+        antenna_sigma: npt.ArrayLike = 0.0,
+        consider_antenna: bool = False,
+        vehicle: Literal["wheeled"] | None = None,
+        axle: npt.ArrayLike | None = None,
+        wheel_sigma: float | None = None,
+        speed_sigma: float | None = None,
+        gate: float = 50.0,
+        adapt: Literal["inflate", "free", "fixed"] = "inflate",
+        covariance_step: float = 0.1,
+        kind: Literal["rate", "increment"] = "rate",
+        barometer_sigma: float = 0.5,
+        barometer_walk: float = 0.02,
+        compass_sigma: float = 0.035,
+        compass_walk: float = 0.001,
+        baseline: npt.ArrayLike | None = None,
+        limits: dict[str, float] | None = None,
+    ) -> Self: ...
+    def update(
+        self,
+        t: float,
+        gyro: npt.ArrayLike | None,
+        accel: npt.ArrayLike | None,
+        rest: bool = False,
+    ) -> _Navigating: ...
+    def update_gnss(
+        self,
+        t: float,
+        position: npt.ArrayLike | None,
+        velocity: npt.ArrayLike | None = None,
+        position_sigma: npt.ArrayLike = 2.0,
+        velocity_sigma: npt.ArrayLike = 0.1,
+    ) -> _Verdict: ...
+    def update_wheels(self, t: float, speed: float | None, sigma: float | None = None) -> bool: ...
+    def update_height(
+        self, t: float, height: float | None, sigma: float | None = None
+    ) -> _Verdict: ...
+    def update_pressure(
+        self, t: float, pressure: float | None, sigma: float | None = None
+    ) -> _Verdict: ...
+    def update_heading(self, t: float, heading: float | None, sigma: float = 0.05) -> _Verdict: ...
+    def update_baseline(
+        self,
+        t: float,
+        vector: npt.ArrayLike | None,
+        baseline: npt.ArrayLike | None = None,
+        sigma: npt.ArrayLike = 0.02,
+    ) -> _Verdict: ...
+    def process(
+        self,
+        imu: Recording,
+        gnss: Fixes | None = None,
+        *,
+        rest: npt.ArrayLike | None = None,
+        wheel_speed: npt.ArrayLike | Wheels | None = None,
+        time_offset: float | TimeOffset = 0.0,
+        keep: Literal["track"] = "track",
+        height: npt.ArrayLike | Aid | None = None,
+        pressure: npt.ArrayLike | Aid | None = None,
+        heading: npt.ArrayLike | Aid | None = None,
+        baseline: npt.ArrayLike | Aid | None = None,
+    ) -> Track: ...
+    def process_arrays(
+        self,
+        time: npt.ArrayLike,
+        gyro: npt.ArrayLike,
+        accel: npt.ArrayLike,
+        fixes: npt.ArrayLike,
+        rest: npt.ArrayLike | None = None,
+        record: Literal[False] = False,
+        wheel_speed: npt.ArrayLike | None = None,
+        aids: npt.ArrayLike | None = None,
+    ) -> tuple[dict[str, Any], None]: ...
+    @property
+    def channels(self) -> int | None: ...
+    @staticmethod
+    def from_bytes(b: bytes) -> NavigationBank: ...
+    @property
+    def position(self) -> _Floats: ...
+    @property
+    def velocity(self) -> _Floats: ...
+    @property
+    def quaternion(self) -> _Floats: ...
+    @property
+    def gyro_bias(self) -> _Floats: ...
+    @property
+    def accel_bias(self) -> _Floats: ...
+    @property
+    def sigma(self) -> _Floats: ...
+    @property
+    def covariance(self) -> _Floats: ...
+    @property
+    def height_reference(self) -> float: ...
+    @property
+    def height_reference_sigma(self) -> float: ...
+    @property
+    def compass_offset(self) -> float: ...
+    @property
+    def compass_offset_sigma(self) -> float: ...
+    @property
+    def aid_count(self) -> dict[str, dict[str, int]]: ...
+    @property
+    def aid_nis(self) -> dict[str, float]: ...
+    @property
+    def aid_sigma(self) -> dict[str, float]: ...
+    @property
+    def aid_disturbed(self) -> dict[str, bool]: ...
+    @property
+    def usable(self) -> dict[str, bool]: ...
+    @property
+    def limits(self) -> dict[str, float]: ...
+    @property
+    def wheel_constants(self) -> _Floats: ...
+    @property
+    def wheel_constants_sigma(self) -> _Floats: ...
+    @property
+    def nis(self) -> _Floats: ...
+    @property
+    def learned_sigma(self) -> _Floats: ...
+    @property
+    def status(self) -> _Navigating: ...
+    @property
+    def antenna(self) -> _Floats: ...
+    @property
+    def antenna_sigma(self) -> _Floats: ...
+    @property
+    def time(self) -> float: ...
+    @property
+    def samples_seen(self) -> int: ...
+    @property
+    def fix_count(self) -> dict[str, int]: ...
+    @property
+    def rejected_count(self) -> dict[str, int]: ...
+    @property
+    def move_count(self) -> int: ...
+    @property
+    def last_move(self) -> tuple[float, float] | None: ...
+    @property
+    def weights(self) -> _Floats: ...
+    @property
+    def noise_factors(self) -> _Floats: ...
+
+@final
 class NavigationFilter(_Stream):
     def __new__(
         cls,
@@ -1090,6 +1244,7 @@ class NavigationFilter(_Stream):
         *,
         gyro: NoiseModel | Sequence[NoiseModel] | None = None,
         accel: NoiseModel | Sequence[NoiseModel] | None = None,
+        gyro_vibration: float = 0.0,
         antenna: npt.ArrayLike = (0.0, 0.0, 0.0),
         antenna_sigma: npt.ArrayLike = 0.0,
         consider_antenna: bool = False,
@@ -1456,6 +1611,23 @@ def propagate_turns(
 def dataflash_index(
     raw: npt.NDArray[np.uint8],
 ) -> tuple[list[tuple[int, bytes, bytes, bytes, int, npt.NDArray[np.uint64]]], int, int]: ...
+def read_mcap(
+    raw: npt.NDArray[np.uint8],
+    wanted: Sequence[int],
+    limit: int,
+    kept: Sequence[tuple[int, int]],
+) -> tuple[
+    str,
+    list[tuple[int, str, str, str, str, bytes]],
+    tuple[
+        npt.NDArray[np.uint16],
+        npt.NDArray[np.uint64],
+        npt.NDArray[np.uint64],
+        npt.NDArray[np.uint64],
+        npt.NDArray[np.uint8],
+    ],
+]: ...
+def pack_lz4(raw: npt.NDArray[np.uint8]) -> bytes: ...
 def parse_rows(
     text: bytes,
     begin: int,

@@ -207,8 +207,8 @@ class Tabular:
     def to_arrow(self) -> Any:  # noqa: ANN401
         """Return the columns as a ``pyarrow.Table``; ImportError without it, of the extra ``io``.
 
-        A log gives a row a sample, times in ``time_s``. A result with samples gives those of its
-        ``to_log()``; any other one gives a row for each axis, finding, parameter or averaging time.
+        A log gives one row per sample, with its time in ``time_s``. A result with samples gives the
+        rows of its ``to_log()``, any other one row per axis, finding, parameter or averaging time.
         Empty cells are null.
 
         Examples

@@ -335,7 +335,7 @@ class TestFaults:
 
 class TestRefusals:
     @pytest.mark.parametrize(
-        ("changed", "told"),
+        ("changed", "message"),
         [
             ({"z": np.zeros((9, 3))}, r"accel must have shape \(n, sensors, 3\), got \(9, 3\)"),
             ({"omega": np.zeros((N, 2))}, r"rate_fused must have shape \(4000, 3\), as accel has"),
@@ -352,8 +352,8 @@ class TestRefusals:
             ({"accel_unit": "deg/s"}, "accel_unit must be a unit of acceleration"),
         ],
     )
-    def test_what_is_wrong_is_said(self, changed, told):
-        with pytest.raises(ValueError, match=told):
+    def test_what_is_wrong_is_said(self, changed, message):
+        with pytest.raises(ValueError, match=message):
             Body().fuse(**changed)
 
 
@@ -448,16 +448,16 @@ class TestPositions:
         assert "positions" not in found.to_json()
 
     @pytest.mark.parametrize(
-        ("listed", "told"),
+        ("listed", "message"),
         [
             ({"a": [0, 0, 0]}, "there is no position of b"),
             ({"a": [0, 0, 0], "b": [0, 0]}, "'position of b' must hold finite numbers"),
             ([1, 2], "'positions' must be an object"),
         ],
     )
-    def test_what_is_wrong_is_said(self, listed, told):
+    def test_what_is_wrong_is_said(self, listed, message):
         text = json.dumps({**json.loads(self.TEXT), "positions": listed})
-        with pytest.raises(ValueError, match=told):
+        with pytest.raises(ValueError, match=message):
             read_rotations(text)
 
 

@@ -300,7 +300,7 @@ def test_the_record_of_the_caller_stays_as_it_is():
 
 
 @pytest.mark.parametrize(
-    ("call", "told"),
+    ("call", "message"),
     [
         (
             lambda: zr.array.allan_covariance(np.ones((9, 2, 3)), RATE),
@@ -323,7 +323,7 @@ def test_the_record_of_the_caller_stays_as_it_is():
         (lambda: zr.array.allan_covariance(MIXED * [1, np.nan, 1], RATE), "gyro 2 holds no finite"),
         (
             lambda: zr.array.allan_covariance([[1.0, None], [None, 1.0]], RATE),
-            "at no time is there a sample of every gyro",
+            "no sample time has data of every gyro",
         ),
         (lambda: FOUND.virtual_gyro(0.0), "horizon must be a positive time"),
         (lambda: FOUND.virtual_gyro(np.nan), "horizon must be a positive time"),
@@ -331,7 +331,7 @@ def test_the_record_of_the_caller_stays_as_it_is():
         (
             lambda: zr.array.allan_covariance(LONG[:3599], 1.0).virtual_gyro(),
             r"drift weights of 4 gyros need 1 h at rest \(3600 s\), this record holds 3599 s: "
-            "drift is slow, so that a shorter record shows chance correlations",
+            "drift is slow, and weights from the chance correlations of a shorter record",
         ),
         (
             lambda: zr.array.allan_covariance(LONG, 1.0, [600.0]).virtual_gyro(),
@@ -351,8 +351,8 @@ def test_the_record_of_the_caller_stays_as_it_is():
         ),
     ],
 )
-def test_what_is_refused(call, told):
-    with pytest.raises(ValueError, match=told):
+def test_what_is_refused(call, message):
+    with pytest.raises(ValueError, match=message):
         call()
 
 

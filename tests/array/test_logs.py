@@ -101,7 +101,7 @@ class TestRefusals:
         return zr.Log(time, rate, np.zeros((n, len(axes))), [f"{label}_g{c}" for c in axes], unit)
 
     @pytest.mark.parametrize(
-        ("other", "told"),
+        ("other", "message"),
         [
             ({"unit": "rad/s"}, r"agree in unit: 'gyro' \(a_gx.*\) has deg/s, 'gyro_1' .* rad/s"),
             ({"axes": "z"}, r"agree in axes: .* has 3, 'gyro_1' \(b_gz\) has 1"),
@@ -110,8 +110,8 @@ class TestRefusals:
             ({"shift": 0.02}, r"on one clock: 'gyro_1' .* up to 2 samples away from 'gyro'"),
         ],
     )
-    def test_what_differs_is_said(self, other, told):
-        with pytest.raises(zr.LogError, match=told):
+    def test_what_differs_is_said(self, other, message):
+        with pytest.raises(zr.LogError, match=message):
             array_log(self.of(self.log(), self.log("b", **other)))
 
     def test_clocks_within_half_a_sample_are_one(self):

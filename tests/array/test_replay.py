@@ -52,7 +52,7 @@ class TestRate:
 
     def test_nothing_to_replay(self):
         log = rest()
-        with pytest.raises(zr.LogError, match="no sensor holds a sample"):
+        with pytest.raises(zr.LogError, match="no sensor has a sample"):
             replay_array(with_data(log, np.full_like(log.data, np.nan)))
 
 

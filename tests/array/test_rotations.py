@@ -145,7 +145,7 @@ class TestRefusals:
 
     def test_mirrored_axes(self):
         z = sensors(motion(), [np.eye(3), np.diag([1.0, -1.0, 1.0])])
-        with pytest.raises(zr.LogError, match="axes of '2' are mirrored against those of '1'"):
+        with pytest.raises(zr.LogError, match="axes of '2' are mirrored relative to those of '1'"):
             find(z)
 
     def test_a_sensor_that_moves_on_its_own(self):
@@ -155,7 +155,7 @@ class TestRefusals:
             find(z)
 
     @pytest.mark.parametrize(
-        ("z", "asked", "told"),
+        ("z", "asked", "message"),
         [
             (np.zeros((9, 3)), {}, r"shape \(n, sensors, 3\), got \(9, 3\)"),
             (np.zeros((9, 2, 3)), {"labels": ["a"]}, r"labels must be 2 different names, got"),
@@ -163,8 +163,8 @@ class TestRefusals:
             (np.zeros((9, 2, 3)), {"limit": -1.0}, "limit"),
         ],
     )
-    def test_arguments(self, z, asked, told):
-        with pytest.raises(ValueError, match=told):
+    def test_arguments(self, z, asked, message):
+        with pytest.raises(ValueError, match=message):
             find(z, **asked)
 
 
@@ -204,7 +204,7 @@ class TestFiles:
             found.of(["a", "c", "d"])
 
     @pytest.mark.parametrize(
-        ("given", "told"),
+        ("given", "message"),
         [
             ([[1, 0, 0], [0, 1, 0], [0, 0, 1.001]], "matrix of 'b' is no rotation: it is off by"),
             ([[1, 0, 0], [0, 1, 0], [0, 0, -1]], "'b' is no rotation: its determinant is -1"),
@@ -213,12 +213,12 @@ class TestFiles:
             ("up", r"'b' must hold finite numbers of shape \(3, 3\)"),
         ],
     )
-    def test_what_is_no_rotation_is_refused(self, given, told):
-        with pytest.raises(ValueError, match=told):
+    def test_what_is_no_rotation_is_refused(self, given, message):
+        with pytest.raises(ValueError, match=message):
             read_rotations(self.text(a=[1, 0, 0, 0], b=given))
 
     @pytest.mark.parametrize(
-        ("text", "told"),
+        ("text", "message"),
         [
             ("{}", "the text is not a zerorate rotations in JSON: 'format' must be a string"),
             (json.dumps(HEAD | {"version": 2, "rotations": {}}), "of version 2"),
@@ -226,8 +226,8 @@ class TestFiles:
             (json.dumps(HEAD | {"rotations": []}), "'rotations' must be an object"),
         ],
     )
-    def test_other_content_is_refused(self, text, told):
-        with pytest.raises(ValueError, match=told):
+    def test_other_content_is_refused(self, text, message):
+        with pytest.raises(ValueError, match=message):
             read_rotations(text)
 
 

@@ -143,8 +143,8 @@ class TestEstimate:
     def test_notes_say_what_acted_and_when(self, offline):
         found = zr.estimate_attitude(recording(self.scene()), offline=offline)
         assert found.events.dtype == np.uint16
-        glitch = [note for note in found.notes if note.startswith("garbage sample")]
-        assert glitch == ["garbage sample of the gyro undone: 1 time, at 20.0 s"]
+        glitch = [note for note in found.notes if note.startswith("outlier of the gyro")]
+        assert glitch == ["outlier of the gyro undone: 1 time, at 20.0 s"]
         missing = [note for note in found.notes if note.startswith("no rate")]
         assert missing == ["no rate for more than 0.05 s: 0.5 s, from 30.1 s on"]
         assert sum(note.startswith("at rest") for note in found.notes) == 1

@@ -335,8 +335,8 @@ def test_a_constant_is_used_or_refused(method, name, option):
         with pytest.raises(ValueError, match=re.escape(f"{name} must be {option.expected}, got")):
             zr.Attitude(RATE, method=method, **{name: -1.0})
         return
-    told = f"^{name} has no effect on method '{method}', only on '{option.methods[0]}'"
-    with pytest.raises(ValueError, match=told):
+    message = f"^{name} has no effect on method '{method}', only on '{option.methods[0]}'"
+    with pytest.raises(ValueError, match=message):
         zr.Attitude(RATE, method=method, **{name: value})
 
 

@@ -162,7 +162,7 @@ class TestSigma:
         notes = zr.integrate(np.zeros(10), RATE, noise=model).notes
         assert notes == (
             "sigma leaves out of the noise model: rate ramp",
-            "sigma counts as zero, for the noise model does not know it: "
+            "sigma counts as zero, because the noise model lacks it: "
             "bias instability, rate random walk",
         )
 

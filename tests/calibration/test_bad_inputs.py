@@ -72,7 +72,9 @@ class TestTooLittle:
             zr.simulation.simulate_session(12, seed=5, axis=(0, 0, 1)).recording
         )
         assert not found.valid
-        assert any("about which gravity shows nothing" in problem for problem in found.problems)
+        assert any(
+            "about which gravity gives no information" in problem for problem in found.problems
+        )
         assert "all poses lie within 0 deg" in found.problems
         assert {f"gyro.matrix.{axes}" for axes in ("xx", "yy", "zz")} <= lost(found)
         assert "hold -z up for five seconds" in found.advice
@@ -119,7 +121,7 @@ class TestMotion:
         accel[first:last, 2] = z * np.cos(tilt) - y * np.sin(tilt)
         found = zr.calibration.calibrate(with_data(one.recording, gyro, accel))
         assert found.rests[7].reason.startswith("moving")
-        assert "lay the sensor down at rests: it moved in some" in found.advice
+        assert "put the sensor down for rests: it moved in some of them" in found.advice
         assert np.abs(deviations(found, one.truth)).max() < 4.0
         assert known.advice == ()
 
@@ -148,8 +150,10 @@ class TestMotion:
         rng = np.random.default_rng(2)
         gyro = np.cumsum(rng.standard_normal((6000, 3)), axis=0)
         accel = 0.2 * rng.standard_normal((6000, 3)) + [0, 0, 1]
-        told = r"1 of 3 rests and 0 turns .*: hold it still for .*; left out: 2 rests \(turning\)"
-        with pytest.raises(zr.calibration.CalibrationError, match=told):
+        message = (
+            r"1 of 3 rests and 0 turns .*: hold it still for .*; left out: 2 rests \(turning\)"
+        )
+        with pytest.raises(zr.calibration.CalibrationError, match=message):
             zr.calibration.calibrate(_recording(gyro, accel))
 
 
@@ -174,7 +178,7 @@ class TestSaturation:
         for turn in dropped:
             assert turn.reason.startswith("saturated: ")
             assert np.isnan(turn.residual)
-        assert "turn more slowly: the gyro reached the end of its range" in found.advice
+        assert "rotate more slowly: the gyro reached its range" in found.advice
         assert found.valid
         assert np.abs(deviations(found, one.truth)).max() < 4.0
 
@@ -209,8 +213,8 @@ class TestSaturation:
         one = zr.simulation.simulate_session(
             20, seed=5, gyro=zr.simulation.GyroErrors(range=40 * DEG)
         )
-        told = r"4 and 6: turn more slowly, or set a larger range .*: 1\d turns \(saturated\)"
-        with pytest.raises(zr.calibration.CalibrationError, match=told) as refusal:
+        message = r"4 and 6: rotate more slowly, or set a larger range .*: 1\d turns \(saturated\)"
+        with pytest.raises(zr.calibration.CalibrationError, match=message) as refusal:
             zr.calibration.calibrate(one.recording)
         assert str(refusal.value).count("saturated") == 1
 
@@ -223,7 +227,7 @@ class TestGaps:
         found = zr.calibration.calibrate(with_data(session().recording, gyro))
         assert [place for place, turn in enumerate(found.turns) if not turn.used] == lost
         assert found.turns[3].reason == "gap: 1 of 262 samples of the gyro are missing"
-        advice = "record without gaps: turns with missing samples were left out"
+        advice = "record without gaps: rotations with missing samples were left out"
         assert (advice in found.advice) == advised
         assert np.abs(deviations(found, session().truth)).max() < 4.0
 
@@ -280,8 +284,8 @@ class TestAxes:
 
     def test_the_axes_told_make_it_valid(self):
         gyro = session().recording.gyro.data[:, [1, 2, 0]]
-        told = zr.calibration.calibrate(with_data(session().recording, gyro)).problems[0]
-        named = told.partition("if (")[2].partition(")")[0].split(", ")
+        message = zr.calibration.calibrate(with_data(session().recording, gyro)).problems[0]
+        named = message.partition("if (")[2].partition(")")[0].split(", ")
         again = gyro[:, ["xyz".index(name) for name in named]]
         found = zr.calibration.calibrate(with_data(session().recording, again))
         assert found.valid
@@ -309,7 +313,7 @@ class TestAxes:
 
 class TestUnits:
     @pytest.mark.parametrize(
-        ("factor", "unit", "told"),
+        ("factor", "unit", "message"),
         [
             (1.0, "m/s^2", r"shows 0.999 m/s\^2 at rest, which is not gravity, .*; it fits 'g'"),
             (9.80665, "g", r"shows 9.796 g at rest, .*; it fits 'm/s\^2'"),
@@ -317,9 +321,9 @@ class TestUnits:
             (16384.0, "g", "if these are raw counts, read them without a unit"),
         ],
     )
-    def test_an_accelerometer_that_does_not_show_gravity(self, factor, unit, told):
+    def test_an_accelerometer_that_does_not_show_gravity(self, factor, unit, message):
         recording = session().recording
-        with pytest.raises(zr.LogError, match=told):
+        with pytest.raises(zr.LogError, match=message):
             zr.calibration.calibrate(
                 with_data(recording, accel=recording.accel.data * factor, accel_unit=unit)
             )
@@ -358,7 +362,7 @@ class TestUnits:
         flat = zr.simulation.simulate_session(12, seed=5, axis=(0, 0, 1)).recording
         with pytest.raises(zr.LogError, match="the poses are too close to find it"):
             zr.calibration.calibrate(with_data(flat, accel_unit="unit"))
-        with pytest.raises(zr.LogError, match=r"turns are about too few axes|one axis"):
+        with pytest.raises(zr.LogError, match=r"rotations are about too few axes|one axis"):
             zr.calibration.calibrate(with_data(flat, gyro_unit="unit"))
 
 
@@ -373,7 +377,7 @@ class TestArguments:
             zr.calibration.calibrate(gyro=recording.gyro)
 
     @pytest.mark.parametrize(
-        ("arguments", "error", "told"),
+        ("arguments", "error", "message"),
         [
             ({"gravity": 1.0}, ValueError, r"m/s\^2, 9.7 to 9.9, got 1"),
             ({"frame": "y"}, ValueError, "frame must be 'x', 'z' or 'symmetric', got 'y'"),
@@ -390,8 +394,8 @@ class TestArguments:
             ({"rests": [(900.0, 905.0)]}, ValueError, "a sensor has no samples"),
         ],
     )
-    def test_what_is_not_as_described(self, arguments, error, told):
-        with pytest.raises(error, match=told):
+    def test_what_is_not_as_described(self, arguments, error, message):
+        with pytest.raises(error, match=message):
             zr.calibration.calibrate(session().recording, **arguments)
 
     def test_no_recording(self):

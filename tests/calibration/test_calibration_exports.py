@@ -130,7 +130,7 @@ class TestImuTk:
             calibration(**INVALID).to_imu_tk()
         files = calibration(**INVALID).to_imu_tk(doubtful=True)
         assert "# WARNING, NOT VALID: the scale of" in files.accel.split("\n\n")[-1]
-        assert "# g-sensitivity has no place here: up to 0.1" in files.gyro
+        assert "# g-sensitivity cannot be stored here: up to 0.1" in files.gyro
         assert "g-sensitivity" not in files.accel
 
     def test_files(self, tmp_path):

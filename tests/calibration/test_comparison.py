@@ -68,7 +68,7 @@ def test_what_has_moved_is_named_farthest_first(made):
     assert found.moved[0].z == pytest.approx(-20.0 / np.sqrt(2.0))
     assert found.probability < 1e-6
     assert found.notes[0].endswith("gyro.bias.x, gyro.matrix.xx")
-    assert any("moves with temperature" in note for note in found.notes)
+    assert any("changes with temperature" in note for note in found.notes)
 
 
 @pytest.mark.parametrize(("mg", "usual"), [(1.5, True), (-2.9, True), (20.0, False)])
@@ -80,7 +80,7 @@ def test_the_accelerometers_bias_moves_by_a_milli_g_from_session_to_session(made
     found = zr.compare_calibrations(first, replace(first, values=values))
     assert [p.name for p in found.moved] == ["accel.bias.x"]
     assert (found.moved[0].reason == "as far as is usual between sessions") is usual
-    assert any("moves by about 1 mg" in note for note in found.notes) is usual
+    assert any("changes by about 1 mg" in note for note in found.notes) is usual
 
 
 def test_only_what_both_determine_counts(made):
@@ -102,7 +102,7 @@ def test_true_values_have_nothing_to_compare_with_each_other():
     found = zr.compare_calibrations(truth, truth)
     assert (found.moved, found.degrees_of_freedom) == ((), 0)
     assert np.isnan(found.probability)
-    assert found.notes[0].startswith("no parameter counts")
+    assert found.notes[0].startswith("no parameter can be compared")
 
 
 def test_temperature_gravity_and_validity_are_named(made):
@@ -126,7 +126,7 @@ def test_the_table(made):
 
 def test_two_sensors_are_told_to_be_two(made):
     text = str(zr.compare_calibrations(made, calibration(2)))
-    assert "- most parameters have moved: is it the same sensor" in text
+    assert "- most parameters have changed: are sensor, mounting" in text
     assert text.partition("moved by more than")[2].partition("- most")[0].count(",") == 5
     assert max(map(len, text.split("\n"))) <= 100
 

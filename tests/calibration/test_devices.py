@@ -107,7 +107,7 @@ def test_turns_that_do_not_turn_are_not_said_to_miss():
         rests.recording, rests=[(8.0 * k, 8.0 * k + 6.0) for k in range(12)]
     )
     assert not found.valid
-    assert not any("misses by" in text for text in found.problems)
+    assert not any("is off by" in text for text in found.problems)
 
 
 @pytest.mark.parametrize("factors", [(131.0, 16384.0), (1e-3, 1e-3)])

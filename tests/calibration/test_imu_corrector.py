@@ -157,7 +157,7 @@ CURVE = {"reference": 20.0, "range": (10.0, 30.0), "coefficients": np.zeros((3, 
 
 
 @pytest.mark.parametrize(
-    ("changed", "told"),
+    ("changed", "message"),
     [
         ({"gyro_matrix": np.eye(2)}, r"gyro_matrix must have shape \(3, 3\), got \(2, 2\)"),
         ({"gyro_bias": 0.0}, r"gyro_bias must have shape \(3,\), got \(\)"),
@@ -176,8 +176,8 @@ CURVE = {"reference": 20.0, "range": (10.0, 30.0), "coefficients": np.zeros((3, 
         ({"channels": 0}, "channels must be at least 1"),
     ],
 )
-def test_what_no_sensor_needs_is_refused(changed, told):
-    with pytest.raises(ValueError, match=told):
+def test_what_no_sensor_needs_is_refused(changed, message):
+    with pytest.raises(ValueError, match=message):
         zr.ImuCorrector(**{"gyro_matrix": np.eye(3), "gyro_bias": np.zeros(3), **changed})
 
 

@@ -14,9 +14,9 @@ DATA = {"recording", "gyro", "accel", "rate", "rests"}
 
 def made(name, value):
     """Return the words of the refusal: with no recording there is one anyway."""
-    with pytest.raises((ValueError, TypeError, zr.LogError)) as told:
+    with pytest.raises((ValueError, TypeError, zr.LogError)) as message:
         zr.calibration.calibrate(**{name: value})
-    return str(told.value)
+    return str(message.value)
 
 
 def test_it_has_every_choice_with_its_default():

@@ -40,8 +40,8 @@ def test_slow_motion_with_breaks_is_refused():
     recording = zr.read_recording(
         RECORDINGS / "broad_05_undisturbed_slow_rotation_with_breaks_B.parquet", rate=2000 / 7
     )
-    told = "5 rests and 3 of 4 turns can be used, .*; 17 of 18 parameters are not identifiable"
-    with pytest.raises(zr.calibration.CalibrationError, match=told) as refusal:
+    message = "5 rests and 3 of 4 turns can be used, .*; 17 of 18 parameters are not identifiable"
+    with pytest.raises(zr.calibration.CalibrationError, match=message) as refusal:
         zr.calibration.calibrate(recording)
     found = refusal.value.calibration
     assert not found.valid

@@ -163,7 +163,7 @@ class TestWarnings:
         found = zr.calibration.fit_rate(gyro(1) - gyro(1, noise=0.0) + 0.3, RATE, angle=np.zeros(N))
         assert not found.scale.identifiable
         assert abs(found.bias - 0.3) < 4.0 * found.bias.sigma < 0.01
-        assert any("hardly turns" in note for note in found.notes)
+        assert any("hardly rotates" in note for note in found.notes)
 
     def test_a_lag_beyond_those_tried(self):
         found = zr.calibration.fit_rate(gyro(1, lag=0.5), RATE, angle=ANGLE)

@@ -146,7 +146,7 @@ class TestLogs:
         recording, rate, force = recorded(made)
         alone = made.apply(Recording({"gyro": recording.gyro}))
         np.testing.assert_array_equal(alone.gyro.data, made.apply(recording.gyro).data)
-        stays = "the log has no accelerometer, so the g-sensitivity of the gyro stays"
+        stays = "the log has no accelerometer, so the gyro's g-sensitivity is not corrected"
         assert alone.gyro.meta["notes"][-1] == stays
         alone = made.apply(Recording({"accel": recording.accel}))
         np.testing.assert_allclose(alone.accel.data, force, **EXACT)
@@ -167,7 +167,7 @@ class TestLogs:
         recording, _, force = recorded(made)
         np.testing.assert_allclose(made.apply(recording.accel).data, force, **EXACT)
         assert made.apply(recording.gyro).unit == "rad/s"
-        with pytest.raises(LogError, match=r"neither unit \(unit\) nor names \(a, b, c\) say"):
+        with pytest.raises(LogError, match=r"neither unit \(unit\) nor names \(a, b, c\) show"):
             made.apply(replace(recording.gyro, names=list("abc")))
 
     def test_a_missing_sample_is_missing(self):
@@ -224,8 +224,8 @@ class TestInvalid:
         gyro = recording.gyro.names
         made = replace(calibration(), origin=Origin("turns.csv", gyro, ("ax", "ay", "az")))
         found = made.apply(recording)
-        told = "the calibration was made of ax, ay, az, and is applied to accel_"
-        assert any(note.startswith(told) for note in found.accel.meta["notes"])
+        message = "the calibration was made of ax, ay, az, and is applied to accel_"
+        assert any(note.startswith(message) for note in found.accel.meta["notes"])
         assert not any("made of" in note for note in found.gyro.meta["notes"])
 
     def test_its_own_sensors_are_found_among_several(self):
@@ -297,7 +297,7 @@ class TestTemperature:
         }
         found = made.apply(Recording(logs))
         np.testing.assert_allclose(found.gyro.data, np.radians(rate), rtol=1e-9, atol=1e-9)
-        assert found.gyro.meta["notes"][-1] == "the bias follows the temperature"
+        assert found.gyro.meta["notes"][-1] == "the bias is corrected for temperature"
         assert found.temperature is logs["temperature"]
         del logs["temperature"]
         assert "the log has no temperature" in made.apply(Recording(logs)).gyro.meta["notes"][-1]
@@ -310,7 +310,9 @@ class TestTemperature:
             .with_temperature(model)
             .apply(Recording({**recording.logs, "temperature": warm}))
         )
-        said = r"^100 % of the temperatures lie outside of the 20\.\d to 39\.9 degC that the model"
+        said = (
+            r"^100 % of the temperatures lie outside of the 20\.\d to 39\.9 degC range of the model"
+        )
         assert re.match(said, found.gyro.meta["notes"][-1])
 
     def test_json_keeps_it(self, model):

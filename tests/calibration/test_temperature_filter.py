@@ -116,7 +116,7 @@ def test_one_thermometer_serves_all_channels():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         ({"rate": 0.0}, "rate must be a positive number of samples a second"),
         ({"reference": np.inf}, "reference must be a finite number, got inf"),
@@ -126,8 +126,8 @@ def test_one_thermometer_serves_all_channels():
         ({"rest_limit": 0.0}, "rest_limit must be a positive number, got 0.0"),
     ],
 )
-def test_a_parameter_out_of_range(arguments, told):
-    with pytest.raises(ValueError, match=told):
+def test_a_parameter_out_of_range(arguments, message):
+    with pytest.raises(ValueError, match=message):
         zr.TemperatureFilter(**{"rate": 100.0, **arguments})
 
 

@@ -135,7 +135,7 @@ def test_no_samples_and_no_turns():
 
 
 @pytest.mark.parametrize(
-    ("changed", "told"),
+    ("changed", "message"),
     [
         ({"rates": np.zeros(9)}, r"rates must have shape \(n, 3\), got \(9,\)"),
         ({"steps": np.zeros(3)}, r"steps must have shape \(2,\), got \(3,\)"),
@@ -147,7 +147,7 @@ def test_no_samples_and_no_turns():
         ({"spans": [(-1, 2)]}, r"from 0 to 3, got \(-1, 2\)"),
     ],
 )
-def test_other_shapes_are_refused(changed, told):
+def test_other_shapes_are_refused(changed, message):
     fits = {
         "rates": np.zeros((3, 3)),
         "steps": np.zeros(2),
@@ -155,7 +155,7 @@ def test_other_shapes_are_refused(changed, told):
         "biases": np.zeros((1, 3)),
         "matrix": np.eye(3),
     }
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=message):
         propagate_turns(**(fits | changed))
 
 

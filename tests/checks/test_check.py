@@ -65,7 +65,7 @@ def test_a_unit_converted_twice_is_a_factor():
     recording = moved("hand")
     wrong = mistaken(recording, np.eye(3), DEGREE)
     checks = zr.check(wrong)
-    assert "0.01745 times what they are in rad/s" in checks.gyro.text
+    assert "0.01745 times the values in rad/s" in checks.gyro.text
     np.testing.assert_allclose(checks.apply(wrong).gyro.data, recording.gyro.data, rtol=1e-14)
 
 
@@ -150,8 +150,8 @@ def test_rotated_axes_rotate_the_answer():
 def test_two_signs_may_be_one_of_the_accelerometer():
     checks = zr.check(mistaken(moved("hand"), np.diag([1.0, -1.0, -1.0])))
     assert checks.alarms == (
-        "the gyro's y and z axes have the sign other than the accelerometer's, or it is the "
-        "accelerometer's x axis that has the wrong sign",
+        "the gyro's y and z axes have the opposite sign to the accelerometer's, or the "
+        "accelerometer's x axis has the wrong sign",
     )
 
 
@@ -282,14 +282,14 @@ def test_a_rate_that_the_stamps_contradict_is_told():
     """One per cent of the rate is one per cent of every turn."""
     motion = zr.simulate_motion("hand", 100.0, 30.0, seed=2)
     wrong, right = stamped(motion, 99.2, rate=100.0), stamped(motion, 99.2)
-    (told,) = zr.check(wrong, scale_errors=False).alarms
-    assert told == (
+    (message,) = zr.check(wrong, scale_errors=False).alarms
+    assert message == (
         "the gyro's rate is stated as 100 Hz, its stamps run at 99.2: every turn comes out 0.8 % "
-        "too small; leave the rate out, and the stamps count"
+        "too small; omit the rate to use that of the stamps"
     )
-    assert told in zr.check(wrong, scale_errors=False).table()
-    assert json.loads(zr.check(wrong, scale_errors=False).to_json())["clock"] == told
-    assert "0.8 % too small; leave the rate out" in str(zr.estimate_attitude(wrong).notes)
+    assert message in zr.check(wrong, scale_errors=False).table()
+    assert json.loads(zr.check(wrong, scale_errors=False).to_json())["clock"] == message
+    assert "0.8 % too small; omit the rate" in str(zr.estimate_attitude(wrong).notes)
     assert zr.check(right, scale_errors=False).alarms == ()
     assert right.gyro.rate == pytest.approx(99.2, rel=1e-6)
     # A hair is no fault.

@@ -402,4 +402,4 @@ def test_several_logs_are_drawn_over_each_other(call, tmp_path, out):
     assert [line.split()[0] for line in lines[2:8:3]] == ["a.csv", "b.csv"]
     assert "adev" in (out / "a-zerorate-allan.csv").read_text()
     code, _, errors = call("allan", *paths, "-o", out / "x.csv")
-    assert (code, "takes a folder where there are several logs" in errors) == (2, True)
+    assert (code, "takes a folder for several logs" in errors) == (2, True)

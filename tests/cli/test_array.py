@@ -127,8 +127,8 @@ class TestTable:
 class TestRotations:
     def test_sensors_that_are_not_aligned_are_noticed(self, cli, turned, out):
         _, text, _ = cli(turned, "-o", out, "--no-figure")
-        told = "not aligned: against imu1 are turned imu2 by 180 deg; --rotations find takes"
-        assert told in one_line(text)
+        message = "not aligned: against imu1 are turned imu2 by 180 deg; --rotations find takes"
+        assert message in one_line(text)
 
     def test_found_rotations_are_printed_and_written(self, cli, turned, out):
         code, text, _ = cli(turned, "-o", out, "--no-figure", "--rotations", "find")
@@ -175,7 +175,7 @@ class TestAccelerometers:
         # Three of 3 mg.
         assert both.accel.data[:, 0].std() == pytest.approx(0.003 / np.sqrt(3.0), rel=0.05)
         lines = text.splitlines()
-        first = lines.index("Accelerometers as one, lever arms not known")
+        first = lines.index("Fused accelerometers, lever arms not known")
         assert [line.split()[0] for line in lines[first + 2 : first + 5]] == [
             "imu1",
             "imu2",
@@ -192,7 +192,7 @@ class TestAccelerometers:
         path.write_text(json.dumps(known))
         code, text, _ = cli(with_accel, "-o", out, "--no-figure", "--rotations", path)
         assert code == 0
-        assert "Accelerometers as one, at the origin of the positions" in text
+        assert "Fused accelerometers, at the origin of the positions" in text
         assert "without lever arms" not in one_line(text)
 
     def test_positions_that_are_none(self, cli, with_accel, out, tmp_path):
@@ -215,7 +215,7 @@ class TestWeights:
             np.testing.assert_array_equal(fused, array.process(z))
 
     @pytest.mark.parametrize(
-        ("typed", "told"),
+        ("typed", "message"),
         [
             (
                 "best",
@@ -225,15 +225,15 @@ class TestWeights:
             ("1,-1,0", "sum is above zero on every axis"),
         ],
     )
-    def test_what_is_no_weight(self, cli, log, out, typed, told):
+    def test_what_is_no_weight(self, cli, log, out, typed, message):
         code, _, errors = cli(log, "-o", out, "--weights", typed)
         assert (code, names(out)) == (2, [])
-        check_line(errors, told)
+        check_line(errors, message)
 
 
 class TestFaults:
     @pytest.mark.parametrize(
-        ("options", "told"),
+        ("options", "message"),
         [
             (("--method", "kf"), "--method has no effect on --array"),
             (
@@ -245,10 +245,10 @@ class TestFaults:
             (("--limit", "-1"), "limit"),
         ],
     )
-    def test_options_that_mean_nothing(self, cli, log, out, options, told):
+    def test_options_that_mean_nothing(self, cli, log, out, options, message):
         code, _, errors = cli(log, "-o", out, *options)
         assert (code, names(out)) == (2, [])
-        check_line(errors, told)
+        check_line(errors, message)
 
     def test_options_of_an_array_need_one(self, call, log, out):
         code, _, errors = call("replay", log, "-o", out, "--rotations", "find", "--weights", "mean")

@@ -244,7 +244,7 @@ class TestCalibrate:
         assert str(found.temperature_model).splitlines()[0] in text
         assert "TC_G0_TREF" in (out / "warm-zerorate-calibration-px4.params").read_text()
         code, text, _ = cli("--apply", cal, log, "-o", out)
-        assert "- the bias follows the temperature" in text
+        assert "- the bias is corrected for temperature" in text
         code, _, errors = cli(turns, "-o", out, "--temperature", "--no-figure")
         assert code == 1
         check_line(errors, "turns.csv: there is no temperature to make a model of; the recording")
@@ -254,7 +254,7 @@ class TestCalibrate:
         options = ("-o", out / "new.json", "--no-figure", "--compare", out / "old.json")
         code, text, errors = cli(turns, *options)
         assert (code, errors) == (0, "")
-        compared = text.partition("Compared with the earlier one, which is first\n")[2]
+        compared = text.partition("Compared with the earlier calibration (first column)\n")[2]
         assert "gyro.matrix.xx [%]" in compared
         assert "  moved" not in compared
 
@@ -341,7 +341,11 @@ class TestCalibrate:
             (("--saturation", "0"), 2, "saturation must be"),
             (("--gyro", "gyro_3"), 1, "turns.csv: there is no 'gyro_3'; the recording has: gyro"),
             (("--export", "kalibr,vins"), 2, "--export takes some of kalibr, imu_tk, px4, ardu"),
-            (("--format", "csv"), 2, "--format is that of the corrected log: it acts with --apply"),
+            (
+                ("--format", "csv"),
+                2,
+                "--format is the format of the corrected log: give it with --apply",
+            ),
             (("--frame", "q"), 2, "--frame takes x, z or symmetric, got 'q'"),
             (("-o", "a.csv"), 2, "-o takes a folder, or a file as json, got 'a.csv'"),
             (("--columns", "gyro_x_dps"), 1, "turns.csv: the gyro must have three axes"),

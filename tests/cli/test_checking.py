@@ -29,7 +29,7 @@ def logs(tmp_path_factory):
 
 
 SAID = {
-    "sign": "the gyro's y axis has the sign other than the accelerometer's",
+    "sign": "the gyro's y axis has the opposite sign to the accelerometer's",
     "unit": "the gyro's values are in deg/s, not in rad/s",
 }
 
@@ -39,7 +39,7 @@ SAID = {
 def test_what_is_mistaken_is_the_first_line(call, logs, tmp_path, command, name):
     code, text, _ = call(command, logs[name], "-o", tmp_path, "--no-figure")
     assert code == 0
-    assert text.splitlines()[0] == f"{logs[name]}: {SAID[name]}: --fix puts it right"
+    assert text.splitlines()[0] == f"{logs[name]}: {SAID[name]}: --fix corrects it"
 
 
 @pytest.mark.parametrize("command", ["attitude", "replay"])
@@ -54,7 +54,7 @@ def test_what_is_put_right_is_noted(call, logs, tmp_path, name):
     plain = ("--no-figure", "-o", tmp_path / "a.parquet")
     code, text, _ = call("attitude", logs[name], *plain, "--fix")
     assert code == 0
-    assert text.splitlines()[0] == f"{logs[name]}: {SAID[name]}: put right, by --fix"
+    assert text.splitlines()[0] == f"{logs[name]}: {SAID[name]}: corrected by --fix"
     assert "as the motion shows" in text
     call("attitude", logs["right"], "-o", tmp_path / "b.parquet", "--no-figure")
     found, expected = (zr.read_log(tmp_path / f"{name}.parquet").data for name in "ab")
@@ -106,12 +106,12 @@ def test_a_calibration_says_it_once(call, sessions, tmp_path):
     assert "left-handed" in errors
     code, text, _ = call(*asked, "--fix")
     assert code == 0
-    assert text.splitlines()[0].endswith(f"{SAID['sign']}: put right, by --fix")
+    assert text.splitlines()[0].endswith(f"{SAID['sign']}: corrected by --fix")
 
 
 def test_what_is_mistaken_is_said_before_a_fault_that_comes_of_it(call, sessions, tmp_path):
     asked = ("calibrate", sessions / "unit.csv", "-o", tmp_path, "--no-figure")
     code, text, errors = call(*asked)
     assert (code, errors.count("\n")) == (1, 1)
-    assert "the gyro's values are in rad/s, not in deg/s: --fix puts it right" in text
+    assert "the gyro's values are in rad/s, not in deg/s: --fix corrects it" in text
     assert call(*asked, "--fix")[0] == 0

@@ -34,7 +34,7 @@ def test_a_log_at_rest(cli, log):
     assert text.startswith("At rest: mean and worst of 3 axes\n")
     assert all(f"\n  {name} " in text for name in ("raw", "mean", "ema†", "kf", "akf", "fading"))
     assert "deviation  " in text.split("\n")[1]
-    assert "†: chosen with knowledge of the record" in text
+    assert "†: chosen with knowledge of the whole record" in text
     assert max(map(len, text.split("\n"))) <= WIDTH
 
 
@@ -77,9 +77,9 @@ def test_attitude_only_where_it_can_be(cli, moved, tmp_path):
     code, text, _ = cli(unknown, "--methods", "raw")
     assert code == 0
     assert "Orientation, raw minus bias: unknown.csv\n" in text
-    told = " ".join(text.split())
-    assert "- no attitude: " in told
-    assert "an accelerometer of a known unit, got 'unit'" in told
+    message = " ".join(text.split())
+    assert "- no attitude: " in message
+    assert "an accelerometer of a known unit, got 'unit'" in message
 
 
 def test_a_reference(cli, tmp_path):

@@ -288,7 +288,7 @@ class TestFaults:
         assert text.endswith(
             "gyro_y: 1.5 in every sample while the other axes change: a dead axis\n\n"
         )
-        assert "'gyro_x': identification needs samples of one size: sample 33" in errors
+        assert "'gyro_x': identification needs samples of similar size: sample 33" in errors
         assert "--outliers can replace it" in errors
         assert "'gyro_y': identification needs samples that differ" in errors
 

@@ -174,8 +174,10 @@ def test_a_mounting_is_read_typed_and_left_alone(cli, gnss, out, tmp_path):
     plain = ("--no-figure", "--force", "-o")
     code, text, _ = cli(log, gnss, *plain, out / "a.npz")
     assert code == 0
-    told = "mounting, antenna and time offset by the metadata of imu.parquet (antenna 0.5, 0, -1 m"
-    assert told in one_line(text)
+    message = (
+        "mounting, antenna and time offset by the metadata of imu.parquet (antenna 0.5, 0, -1 m"
+    )
+    assert message in one_line(text)
     assert "time offset 0.02 s)" in one_line(text)
     typed = ",".join(str(x) for x in TURN.T.ravel())
     other = write(tmp_path / "askew.csv", imu_columns(TURN))
@@ -219,16 +221,17 @@ def test_a_clock_that_is_off_is_said(cli, imu, out, tmp_path):
     lever = ("--antenna", "0.5,0,-1", "--no-figure", "-o", out)
     code, text, _ = cli(imu, late, *lever)
     assert code == 0
-    said = re.search(
-        r"clock is as sensors and fixes fit best: time offset, s (-0\.\d+) ", one_line(text)
-    )
+    said = re.search(r"best fit of sensors and fixes: time offset, s (-0\.\d+) ", one_line(text))
     assert float(said[1]) == pytest.approx(-0.15, abs=0.1)
     _, text, _ = cli(imu, late, "--time-offset", "0", *lever, "--force")
     assert "not 0 s: --time-offset auto" in one_line(text)
     log = write_parquet(tmp_path / "wrong.parquet", imu_columns(), time_offset_s="0")
     _, text, _ = cli(log, late, *lever)
     assert "; not 0 s, as the metadata say: --time-offset 0 takes that" in one_line(text)
-    assert re.search(r"fit best: time offset, s (-0\.\d+) ", one_line(text))[1] == said[1]
+    assert (
+        re.search(r"best fit of sensors and fixes: time offset, s (-0\.\d+) ", one_line(text))[1]
+        == said[1]
+    )
     minute = write(tmp_path / "minute.csv", fix_columns() | {"time_s": DRIVE.fixes.time + 60.0})
     code, text, _ = cli(imu, minute, *lever, "--force")
     assert code == 0

@@ -58,9 +58,9 @@ class TestReplay:
         code, _, errors = cli(log, other, "-o", out, "--figure-format", "svg")
         assert (code, "exists already; pass --force" in errors) == (2, True)
         code, _, errors = cli(log, other, "-o", out / "a.parquet")
-        assert (code, "takes a folder where there are several logs" in errors) == (2, True)
+        assert (code, "takes a folder for several logs" in errors) == (2, True)
         code, _, errors = cli(log, log, "-o", out)
-        assert (code, "two logs have one name" in errors) == (2, True)
+        assert (code, "two logs have the same name" in errors) == (2, True)
 
     @pytest.mark.parametrize("typed", ["ekf", "", "kf,,akf"])
     def test_methods_that_there_are_not(self, cli, log, out, typed):
@@ -304,7 +304,7 @@ class TestFaults:
         empty = write_gyros(tmp_path / "empty.npz", missing=slice(None))
         code, _, errors = cli(empty, "-o", out)
         assert code == 1
-        check_line(errors, "no axis holds a sample")
+        check_line(errors, "no axis has a sample")
         assert names(out) == []
 
     def test_existing_output_is_refused_before_any_work(self, cli, tmp_path, out):

@@ -54,7 +54,7 @@ def test_two_logs_go_on_one_page(cli, tmp_path):
     assert (code, err) == (0, "")
     assert names(tmp_path / "out") == [f"run-later-{STEM[4:]}.html", f"run-later-{STEM[4:]}.json"]
     assert "run.csv and later.csv: " in out
-    assert " alike." in out
+    assert " unchanged." in out
     code, _, err = cli(second, second, "--gnss", second, "-o", tmp_path / "other")
     assert code == 2
     assert "--gnss goes with one log, got two" in one_line(err)

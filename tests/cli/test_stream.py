@@ -61,8 +61,8 @@ def test_options_reach_the_filter():
     trace = alone.copy().trace(Z[:, 1])
     columns = (alone.process(Z[:, 1]), trace.bias, trace.at_rest)
     opening = "filters column 1; passes on 0"
-    told = told_of(Z[:, 1:], ("column 1",), opening, method="kf", motion="hold")
-    assert (code, errors) == (0, told)
+    message = told_of(Z[:, 1:], ("column 1",), opening, method="kf", motion="hold")
+    assert (code, errors) == (0, message)
     found = np.array([[float(cell) for cell in answer.split(",")] for answer in answers])
     np.testing.assert_array_equal(found, np.column_stack((Z[:, 0], *columns)))
 
@@ -86,8 +86,8 @@ def test_a_log_is_filtered_as_it_stands_with_its_time_and_accelerometers():
         rtol=1e-9,
         atol=1e-12,
     )
-    told = "zerorate: filters gx, gy times 0.00763359 in deg/s; passes on millis, az\n"
-    assert errors.startswith(told)
+    message = "zerorate: filters gx, gy times 0.00763359 in deg/s; passes on millis, az\n"
+    assert errors.startswith(message)
 
 
 def test_a_log_of_ours_begins_with_a_comment_and_is_filtered(tmp_path):
@@ -136,14 +136,14 @@ def test_a_calibration_is_read_from_its_file(tmp_path):
 def test_what_is_garbled_before_the_first_line_is_told_and_passed_over():
     code, answers, errors = streamed(["0.5,0.2", "0.5"], *RATE, "--fields", "1")
     assert (code, len(answers)) == (0, 1), errors
-    assert "line 1: it has 2 cells, expected 1; it is taken as missing" in errors
+    assert "line 1: it has 2 cells, expected 1; it counts as missing" in errors
 
 
 def test_raw_counts_are_told_of_once():
     lines = [f"{i % 7},{i % 5}" for i in range(300)]
     code, _, errors = streamed(lines, *RATE)
-    told = "column 0, column 1 are whole numbers without a unit, as raw counts are: for an "
-    assert (code, errors.count(told)) == (0, 1)
+    message = "column 0, column 1 are whole numbers without a unit, as raw counts are: for an "
+    assert (code, errors.count(message)) == (0, 1)
     assert "--device MPU-6050 --range 250, or --scale and --unit, make deg/s of them" in errors
     assert "raw counts" not in streamed(lines, *RATE, "--scale", "1/131")[2]
 
@@ -231,7 +231,7 @@ def test_a_garbled_line_is_told_and_the_stream_goes_on():
     assert (code, answers) == (0, lines_of(alone.process(z)))
     assert errors.splitlines() == [
         f"zerorate: {ALL}",
-        "zerorate: line 101: '*' is not a number; it is taken as missing",
+        "zerorate: line 101: '*' is not a number; it counts as missing",
         *told_of(z, opening=None).splitlines(),
         "zerorate: garbled lines: 1",
     ]
@@ -256,8 +256,8 @@ def test_lost_samples_are_counted():
     assert (code, len(answers), answers[-1]) == (0, 18, "15,nan")
     assert errors == (
         "zerorate: filters column 1; passes on 0\n"
-        "zerorate: 20 samples, 3 of them lost; 1 came late or again; "
-        "the numbers restarted 0 times\n"
+        "zerorate: 20 samples, 3 of them lost; 1 came late or twice; the numbers restarted 0 "
+        "times\n"
     )
 
 
@@ -267,8 +267,8 @@ def test_a_counter_of_a_byte_wraps_many_times():
     assert (code, sum("nan" in answer for answer in answers)) == (0, 0)
     assert errors == (
         "zerorate: filters column 1; passes on 0\n"
-        "zerorate: 3000 samples, 1 of them lost; 0 came late or again; "
-        "the numbers restarted 0 times; they wrap after 255\n"
+        "zerorate: 3000 samples, 1 of them lost; 0 came late or twice; the numbers restarted 0 "
+        "times; they wrap after 255\n"
     )
 
 
@@ -278,11 +278,11 @@ def test_a_new_beginning_is_told_at_once():
             asked.ask(f"{i},0.5")
         assert asked.ask("31,0.5") == "31,0.0"
         assert "filters" in asked.process.stderr.readline()
-        told = asked.process.stderr.readline()
-        assert told == "zerorate: line 132: the sequence numbers restart, here with 31\n"
+        message = asked.process.stderr.readline()
+        assert message == "zerorate: line 132: the sequence numbers restart, here with 31\n"
         code, _, errors = asked.end()
     assert code == 0
-    assert "31 came late or again; the numbers restarted 1 times" in errors
+    assert "31 came late or twice; the numbers restarted 1 times" in errors
 
 
 def test_many_new_beginnings_are_told_ten_times():
@@ -316,7 +316,7 @@ class TestClosedDescriptors:
     def test_answers_that_go_nowhere_are_a_fault(self):
         done = self.closed(">&-", *RATE)
         assert (done.returncode, done.stdout) == (1, "")
-        assert "or not answered: " in done.stderr
+        assert "could not be read or answered: " in done.stderr
         assert len(done.stderr.splitlines()) == 1
 
     def test_a_broken_stderr_does_not_end_the_stream(self):
@@ -382,9 +382,9 @@ class TestSources:
 class TestDatagrams:
     def test_each_is_answered_to_its_sender(self):
         with Asked(*RATE, "--udp", "127.0.0.1:0", stdin=subprocess.DEVNULL) as asked:
-            told = asked.process.stderr.readline()
-            assert told.startswith("zerorate: listening on 127.0.0.1:")
-            place = ("127.0.0.1", int(told.rsplit(":", 1)[1]))
+            message = asked.process.stderr.readline()
+            assert message.startswith("zerorate: listening on 127.0.0.1:")
+            place = ("127.0.0.1", int(message.rsplit(":", 1)[1]))
             with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as source:
                 # Generous: it only keeps a lost datagram from hanging the test.
                 source.settimeout(60.0)
@@ -395,7 +395,7 @@ class TestDatagrams:
             assert asked.process.wait() == 130
 
     @pytest.mark.parametrize(
-        ("address", "told"),
+        ("address", "message"),
         [
             ("5005", "takes HOST:PORT"),
             ("127.0.0.1:x", "takes HOST:PORT"),
@@ -404,17 +404,17 @@ class TestDatagrams:
             ("no host:5005", "--udp cannot use no host:5005: "),
         ],
     )
-    def test_addresses_that_are_refused(self, capsys, address, told):
+    def test_addresses_that_are_refused(self, capsys, address, message):
         assert run(["stream", *RATE, "--udp", address]) == 2
-        assert told in capsys.readouterr().err
+        assert message in capsys.readouterr().err
 
 
 class TestRefused:
     @pytest.mark.parametrize(
-        ("options", "told"),
+        ("options", "message"),
         [
             ([], "--rate is required"),
-            ([*RATE, "imu", "--udp", "127.0.0.1:0"], "give one of a source, --from and --udp"),
+            ([*RATE, "imu", "--udp", "127.0.0.1:0"], "give only one of SOURCE, --from and --udp"),
             (
                 [*RATE, "--with", "gain"],
                 "--with takes some of bias, bias_sigma, at_rest, saturated",
@@ -457,11 +457,11 @@ class TestRefused:
             ([*RATE, "--method", "kf", "--order", "9,1"], "order must be (p, q)"),
         ],
     )
-    def test_usage(self, capsys, tmp_path, monkeypatch, options, told):
+    def test_usage(self, capsys, tmp_path, monkeypatch, options, message):
         monkeypatch.chdir(tmp_path)
         assert run(["stream", *options]) == 2
         errors = capsys.readouterr().err
-        assert told in errors
+        assert message in errors
         assert len(errors.splitlines()) == 1
 
     @pytest.mark.parametrize("name", ["stdin", "stdout"])
@@ -472,8 +472,8 @@ class TestRefused:
 
     def test_a_first_line_that_holds_no_sample(self):
         code, answers, errors = streamed(["0.1,abc"], *RATE)
-        told = "zerorate: line 1: it holds names and numbers, expected one or the other\n"
-        assert (code, answers, errors) == (1, [], told)
+        message = "zerorate: line 1: it has both names and numbers, expected either\n"
+        assert (code, answers, errors) == (1, [], message)
 
 
 @pytest.fixture(scope="module")
@@ -511,7 +511,7 @@ class TestCheckpoints:
         assert position(checkpoint, capsys) == 300
 
     @pytest.mark.parametrize(
-        ("options", "told"),
+        ("options", "message"),
         [
             (["--rate", "200"], "made with --rate 100, now it is 200"),
             ([*RATE, "--output-kind", "estimate"], "made with --output-kind compensated, now"),
@@ -524,11 +524,11 @@ class TestCheckpoints:
             ([*RATE, "--fields", "3"], "made with --fields 2, now it is 3"),
         ],
     )
-    def test_other_options_are_refused(self, checkpoint, options, told, capsys):
+    def test_other_options_are_refused(self, checkpoint, options, message, capsys):
         before = checkpoint.read_bytes()
         assert run(["stream", *options, "--checkpoint", str(checkpoint)]) == 2
         errors = capsys.readouterr().err
-        assert told in errors
+        assert message in errors
         assert len(errors.splitlines()) == 1
         assert checkpoint.read_bytes() == before
 
@@ -576,8 +576,8 @@ class TestCheckpoints:
             answers = [asked.ask(line) for line in LINES[1:]]
             code, _, errors = asked.end()
         assert (code, answers) == (1, EXPECTED[1:])
-        told = errors.replace(told_of(Z, opening=None), "").splitlines()[1:]
-        assert [line.split(":")[1] for line in told] == [" the checkpoint cannot be written"] * 2
+        message = errors.replace(told_of(Z, opening=None), "").splitlines()[1:]
+        assert [line.split(":")[1] for line in message] == [" the checkpoint cannot be written"] * 2
 
 
 def test_a_page_shows_what_is_streamed():
@@ -603,7 +603,7 @@ def test_a_port_that_is_taken_is_told(capsys):
 
 def test_a_terminal_shows_what_is_streamed(tmp_path, capfd):
     assert run(["stream", *RATE, "--show"]) == 2
-    assert "--show draws on stderr, which is no terminal here" in capfd.readouterr().err
+    assert "--show needs a terminal on stderr" in capfd.readouterr().err
 
     source = tmp_path / "lines"
     source.write_text("\n".join(["wx,wy", *LINES]), encoding="utf-8")
@@ -669,5 +669,5 @@ def test_a_limit_holds_for_attitudes():
     for limit, left_out in ((), False), (("--limit", "500"), True):
         code, _, errors = streamed(lines_of(rows), *RATE, *units, *limit)
         assert code == 0
-        told = "rates left out as impossible: 2 beyond the gyro's range of 500 deg/s"
-        assert (told in errors) == left_out
+        message = "rates left out as impossible: 2 beyond the gyro's range of 500 deg/s"
+        assert (message in errors) == left_out

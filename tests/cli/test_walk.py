@@ -28,11 +28,11 @@ def foot(tmp_path_factory):
 
 def test_all_that_is_written(cli, foot, out):
     typed = ("--floor", "level", "--smooth", "--at", "48.1,11.6", "--heading", "90")
-    code, told, errors = cli(foot, *typed, "-o", out)
+    code, message, errors = cli(foot, *typed, "-o", out)
     assert (code, errors) == (0, "")
     assert names(out) == [f"{STEM}.{end}" for end in ("geojson", "gpx", "parquet", "png")]
-    assert told.startswith("Walk of foot.csv, smoothed: 10.")
-    assert "gyro y is clipped at 372 deg/s" in " ".join(told.split())
+    assert message.startswith("Walk of foot.csv, smoothed: 10.")
+    assert "gyro y is clipped at 372 deg/s" in " ".join(message.split())
     line = json.loads((out / f"{STEM}.geojson").read_text())["features"][0]["geometry"]
     east, north = np.ptp(np.array(line["coordinates"])[:, :2], axis=0)
     assert east > 10.0 * north
@@ -42,9 +42,9 @@ def test_all_that_is_written(cli, foot, out):
 
 
 def test_without_a_start_there_are_no_maps(cli, foot, out):
-    code, told, _ = cli(foot, "--no-figure", "--clipped", "leave", "-o", out)
+    code, message, _ = cli(foot, "--no-figure", "--clipped", "leave", "-o", out)
     assert (code, names(out)) == (0, [f"{STEM}.parquet"])
-    assert "clipped" not in told
+    assert "clipped" not in message
 
 
 def test_a_machine_is_refused_in_a_line(cli, tmp_path, out):
@@ -58,8 +58,8 @@ def test_a_machine_is_refused_in_a_line(cli, tmp_path, out):
     np.savetxt(path, rows, delimiter=",", header=",".join(slow), comments="")
     code, _, errors = cli(path, "-o", out)
     assert (code, names(out)) == (1, [])
-    assert "--assume-foot navigates it all the same" in one_line(errors)
-    assert "this sensor is on no foot" in one_line(errors)
+    assert "--assume-foot navigates it in spite of this" in one_line(errors)
+    assert "this sensor is not on a foot" in one_line(errors)
 
 
 def test_attitude_restores_what_is_certainly_clipped_and_says_so(call, foot, tmp_path):

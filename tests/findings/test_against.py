@@ -152,11 +152,11 @@ def test_gaps_clipping_and_missing_numbers_are_left_out():
 
 def test_of_three_the_late_one_is_told():
     found = zr.report(recording(table(1, rates=(100.0, 100.0, 100.0)))).findings
-    odd = {one.text.split(": ")[0]: one for one in found if one.kind == "odd one"}
-    late = odd["Of 3 IMUs, IMU 2 is the odd one by delay"]
+    odd = {one.text.split(": ")[0]: one for one in found if one.kind == "outlier"}
+    late = odd["Of 3 IMUs, IMU 2 is the outlier in delay"]
     assert late.severity == "look"  # 8 ms are above 5.77 ms
     assert late.value == pytest.approx(8.0, abs=0.5)
-    scales = odd["Of 3 IMUs, IMU 2 is the odd one by scale"]
+    scales = odd["Of 3 IMUs, IMU 2 is the outlier in scale"]
     assert (scales.severity, round(scales.value)) == ("good", 2)
     delays = [one for one in found if one.kind == "delay"]
     assert [one.severity for one in delays] == ["good", "look", "look"]
@@ -166,7 +166,7 @@ def test_of_three_that_are_alike_none_is_odd():
     logs = table(1, rates=(100.0, 100.0, 100.0), second=Turns(1))
     found = zr.report(recording(logs)).findings
     assert len([one for one in found if one.kind == "delay"]) == 3
-    assert [one.text for one in found if one.kind == "odd one" and one.severity != "good"] == []
+    assert [one.text for one in found if one.kind == "outlier" and one.severity != "good"] == []
 
 
 def test_what_turns_would_tell_is_asked_for():

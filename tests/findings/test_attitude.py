@@ -38,7 +38,7 @@ def test_a_log_whose_vertical_is_off_at_rest_is_told(motion, degrees, severity):
 
 
 def test_a_vertical_off_in_motion_is_apart_from_that_of_the_sensors(motion):
-    one = finding(tilted(motion, 8.0), "attitudes apart")
+    one = finding(tilted(motion, 8.0), "attitudes differ")
     assert one.severity == "look"
     assert one.value == pytest.approx(8.0, abs=1.5)
 
@@ -57,7 +57,7 @@ def test_a_gyro_of_a_wrong_scale_is_off_as_a_rest_begins(scale, severity):
     table = {"time_s": t}
     for i, axis in enumerate("xyz"):
         table |= {f"gyro_{axis}_dps": gyro[:, i], f"accel_{axis}_mps2": force[:, i]}
-    one = finding(zr.read_recording(table), "arrivals")
+    one = finding(zr.read_recording(table), "inclination")
     assert one.severity == severity
     assert one.value == pytest.approx(120.0 * (scale - 1.0), abs=1.5)
 

@@ -31,7 +31,7 @@ def log(bias=0.1, seed=1, repeated=False):
         ({}, {"bias": 6.0}, "gyro bias", "worse"),
         ({"bias": 6.0}, {}, "gyro bias", "better"),
         ({}, {"bias": 0.3}, "gyro bias", "differs"),
-        ({}, {"seed": 2}, "gyro bias", "alike"),
+        ({}, {"seed": 2}, "gyro bias", "unchanged"),
         ({}, {"repeated": True}, "repeated stamps", "new"),
         ({"repeated": True}, {}, "repeated stamps", "gone"),
     ],
@@ -65,9 +65,9 @@ def test_only_reports_are_compared():
         before_after(log(), 3)
 
 
-@pytest.mark.parametrize(("count", "told"), [(1, "1 differs."), (2, "2 differ.")])
-def test_one_differs_and_several_differ(count, told):
+@pytest.mark.parametrize(("count", "message"), [(1, "1 differs."), (2, "2 differ.")])
+def test_one_differs_and_several_differ(count, message):
     found = before_after(log(0.1), log(0.3))
     one = next(change for change in found.changes if change.verdict == "differs")
     vars(found)["changes"] = (one,) * count
-    assert found.summary == told
+    assert found.summary == message

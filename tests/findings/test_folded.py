@@ -76,7 +76,7 @@ def test_a_report_judges_it_by_its_limit():
         for axis, force, turn in zip("xyz", forces.T, turns.T, strict=True):
             table |= {f"accel_{axis}_mps2": force, f"gyro_{axis}_dps": turn}
         ours = zr.report(zr.read_recording(table)).findings
-        (one,) = [one for one in ours if one.kind == "folded peak"]
+        (one,) = [one for one in ours if one.kind == "aliased peak"]
         assert one.severity == severity
         assert one.value == pytest.approx(size, rel=0.1)
-        assert "2 times the one at" in one.text
+        assert "2 times the frequency of the peak at" in one.text

@@ -94,7 +94,7 @@ def test_an_even_turn_is_no_bias_that_asks_to_act(rate):
     assert [one.kind for one in found if one.severity == "act"] == []
     (one,) = [one for one in found if one.kind == "gyro bias"]
     assert one.severity == "look"
-    assert "a bias, or an even turn about the vertical" in one.text
+    assert "a bias, or a steady rotation about the vertical" in one.text
 
 
 def test_a_gyro_without_a_number_asks_to_act():
@@ -197,8 +197,8 @@ def test_all_imus_are_compared_and_the_odd_one_of_six_has_its_name():
     pairs = [one for one in found if one.kind == "gyros differ"]
     assert len(pairs) == 15
     assert sum(one.severity == "act" for one in pairs) == 5
-    (odd,) = [one for one in found if one.kind == "odd one"]
-    assert odd.text.startswith("Of 6 IMUs, imu4 is the odd one by the gyro's bias: at least 6.99")
+    (odd,) = [one for one in found if one.kind == "outlier"]
+    assert odd.text.startswith("Of 6 IMUs, imu4 is the outlier in the gyro's bias: at least 6.99")
 
 
 @needs_recordings

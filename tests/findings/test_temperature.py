@@ -65,7 +65,7 @@ def test_it_is_told_from_rests_between_moves():
     [
         ({"span": 0.4}, "temperature moved by 0.4 K only"),
         ({"seconds": 40.0}, "it rests for 40 s in all, and 60 s are needed"),
-        ({"slope": 0.0 * SLOPE}, "no slope stands out"),
+        ({"slope": 0.0 * SLOPE}, "no slope is significant"),
     ],
 )
 def test_where_it_is_not_identifiable_the_page_says_why(what, why):

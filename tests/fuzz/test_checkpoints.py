@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from support.checks import assert_finite
+from support.checks import assert_finite, assert_semidefinite_to_rounding
 from support.classes import EXAMPLES, example, state
 from support.feeding import process
 from support.wild import forged, samples
@@ -17,11 +17,6 @@ def loaded(kind, saved):
         return kind.from_bytes(saved)
     except ValueError as error:
         return str(error)
-
-
-def assert_nearly_semidefinite(P):
-    """To the rounding of the largest variance, which hides the others in a forged state."""
-    assert np.all(np.linalg.eigvalsh(P) >= -1e-12 * np.trace(P, axis1=-2, axis2=-1)[..., None])
 
 
 @pytest.mark.every(4)
@@ -48,7 +43,7 @@ def test_forged_checkpoints(search, name):
             assert_finite({} if answers is None else {"answers": answers})
             assert_finite(known)
             for covariance in COVARIANCES:
-                assert_nearly_semidefinite(known[covariance])
+                assert_semidefinite_to_rounding(known[covariance])
 
     search(case, 20)
 

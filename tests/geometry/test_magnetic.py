@@ -44,7 +44,7 @@ def test_an_older_year_has_its_own_model():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         ((91.0, 0.0), "latitude must be within 90 deg"),
         ((0.0, math.nan), "longitude must be within 360 deg"),
@@ -52,8 +52,8 @@ def test_an_older_year_has_its_own_model():
         ((0.0, 0.0, 0.0, 2035.0), "year must be 2010 to 2030"),
     ],
 )
-def test_no_place_and_no_year_are_refused(arguments, told):
-    with pytest.raises(ValueError, match=told):
+def test_no_place_and_no_year_are_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
         earth_field(*arguments)
 
 

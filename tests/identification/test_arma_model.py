@@ -254,7 +254,7 @@ class TestNotes:
             "not invertible: an MA root lies on or inside the unit circle",
         )
         model = with_errors(ArmaModel.of([0.5], []), 100, condition=3e9, converged=False)
-        assert model.notes[0].startswith("the search for the estimate did not come to its end")
+        assert model.notes[0].startswith("the search for the estimate did not converge")
         assert model.notes[1].startswith("the normal equations have condition 3e+09")
 
     def test_notes_of_the_estimate_come_first_and_none_twice(self):

@@ -324,7 +324,7 @@ def test_orders_that_no_filter_has(order):
 
 
 def test_a_model_without_innovations():
-    with pytest.raises(ValueError, match="innovations have variance 0"):
+    with pytest.raises(ValueError, match="innovations have a variance above 0"):
         ArmaModel.of([0.5], [], sigma2=0.0).to_filter(RATE)
 
 

@@ -126,21 +126,21 @@ def test_the_longest_training():
     )
 
 
-@pytest.mark.parametrize(("z", "how", "told"), [
+@pytest.mark.parametrize(("z", "how", "message"), [
     (np.zeros(5), {"inputs": 0}, "inputs must be from 1 to 64, got 0"),
     (np.zeros(5), {"hidden": 9}, "hidden must be from 1 to 8, got 9"),
     (np.arange(1499.0), {}, "a network of 15 weights needs at least 1500 samples, got 1499"),
     (np.zeros(9000), {}, "a network of 15 weights needs samples that differ, all 9000 are 0"),
     (np.append(np.full(2000, np.nan), NOISY), {},
-     "a network of 15 weights needs 750 samples to be trained on, 50 a weight"),
+     "a network of 15 weights needs 750 samples for training, 50 a weight"),
     (np.append(NOISY, np.full(2000, np.nan)), {},
      "the second half of z has no step without a missing sample for the test"),
     (np.append(np.zeros(2000), NOISY), {}, "needs samples that differ"),
     (1e200 * NOISY, {}, "too large or too small to be squared"),
     (np.zeros((9000, 2)), {}, "z must be one axis"),
 ])  # fmt: skip
-def test_refusals(z, how, told):
-    with pytest.raises(ValueError, match=told):
+def test_refusals(z, how, message):
+    with pytest.raises(ValueError, match=message):
         identification.fit_network(z, **how)
 
 

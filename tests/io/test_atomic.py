@@ -93,7 +93,7 @@ def test_bad_places_are_named_before_any_work(tmp_path):
 def test_a_pipe_or_a_device_is_not_replaced(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with (
-        pytest.raises(OSError, match="it is no file, and would be replaced by one"),
+        pytest.raises(OSError, match="it is no file but a device or a pipe"),
         atomic_path(tmp_path / "pipe", force=True),
     ):
         raise AssertionError

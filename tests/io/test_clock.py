@@ -114,7 +114,7 @@ def test_a_clock_that_begins_anew_leaves_a_gap():
     np.testing.assert_array_equal(grid.indices, np.where(ROWS < 7000, ROWS, ROWS + 1000))
     report = grid.report
     assert (report.backward_count, report.restart_count, report.longest_gap) == (1, 1, 10.0)
-    assert "1 new beginning, before which samples are missing" in report.summary()
+    assert "1 new beginning, each after an unknown time without samples" in report.summary()
     assert report.jitter_max < 1e-9
 
 

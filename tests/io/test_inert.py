@@ -64,7 +64,7 @@ def test_curves(tmp_path):
 
 
 def test_a_stream():
-    settings = Settings(100.0, sequence="@n", beside=(DriftColumn.bias,))
+    settings = Settings(100.0, sequence="@n", extra=(DriftColumn.bias,))
     for names in ("@n,=cmd,wx", "'@n,'=cmd,wx"):
         assert LineStream(settings).take(names) == "'@n,'=cmd,wx,bias_wx"
 

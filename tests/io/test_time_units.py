@@ -13,8 +13,8 @@ I = np.arange(N)  # noqa: E741
 GYRO = np.random.default_rng(0).standard_normal(N)
 
 
-def log_of(time, name="time", beside=(), **asked):
-    return read_log({name: time, **dict(beside), "gyro_x_dps": GYRO[: len(time)]}, **asked)
+def log_of(time, name="time", extra=(), **asked):
+    return read_log({name: time, **dict(extra), "gyro_x_dps": GYRO[: len(time)]}, **asked)
 
 
 SCALES = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
@@ -51,7 +51,7 @@ def test_two_readings_are_both_named():
 
 
 def test_another_clock_tells():
-    log = log_of(200 * I, beside={"elapsed_s": 0.2 * I})
+    log = log_of(200 * I, extra={"elapsed_s": 0.2 * I})
     assert log.rate == 5.0
     assert log.meta["notes"] == ("time column 'time' read as ms, as column 'elapsed_s' shows",)
 

@@ -111,7 +111,7 @@ TABLE = {
 def test_every_reader_and_writer_keeps_them(tmp_path):
     log = read_log(TABLE)
     told = log.meta["clock"].summary()
-    assert told.startswith("clock at 100 Hz with a rate that runs from 97.08 to 102.9 Hz, so that ")
+    assert told.startswith("clock at 100 Hz with a rate that varies from 97.08 to 102.9 Hz, so ")
     # A double holds seconds since 1970 to a quarter of a microsecond.
     np.testing.assert_allclose(log.sampled, TABLE["time_s"], rtol=0, atol=1e-6)
     assert log.steps is not None

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from support.checkpoints import CHECKSUM, CONTENT, refuses, sealed, sealed_anew
-from support.checks import named
+from support.checks import assert_semidefinite_to_rounding, indefiniteness, named
 from support.classes import EXAMPLES, STREAMS, example
 from support.feeding import process
 from support.records import hostile_records, mixed_record, moving_records, records
@@ -154,3 +154,27 @@ def test_channels_that_differ_in_their_parameters_or_counts(kind):
     contents = [f.to_bytes()[CONTENT + 2 : -CHECKSUM] for f in (one, other)]
     both = one.to_bytes()[:CONTENT] + b"\x01\x02\x02" + b"".join(contents)
     refuses(one, sealed_anew(both), "content is not the state of this filter")
+
+
+@given(st.integers(0, 2**32), st.floats(0.2, 0.8), st.sampled_from([-1.0, 1.0]))
+def test_a_process_noise_at_either_side_of_the_bound(seed, share, sign):
+    """One bound for what a step leaves, what a checkpoint takes, and what these tests ask."""
+    f = EXAMPLES["fading"][0].make({**EXAMPLES["fading"][1], "channels": None, "scale": 1.0})
+    process(f, np.random.default_rng(seed).standard_normal(500))
+    noise = f.process_noise
+    b, sizes = f.to_bytes(), np.sqrt(np.diag(noise))
+    place = b.index(struct.pack("<d", noise[0, 1]))
+    bound = indefiniteness(len(noise))
+    for miss, taken in ((share * bound, True), ((2.0 + share) * bound, False)):
+        covariance = struct.pack("<d", sign * sizes[0] * sizes[1] * (1.0 + miss))
+        other = forged(b, place, covariance)
+        # Whatever the third component is correlated with, the first two are too much.
+        for i in range(2, len(noise)):
+            for j in range(i):
+                other = forged(other, b.index(struct.pack("<d", noise[j, i])), bytes(8))
+        restored = accepted("fading", other)
+        assert (restored is not None) is taken, miss
+        if restored is not None:
+            process(restored, np.random.default_rng(seed + 1).standard_normal(300))
+            assert_semidefinite_to_rounding(restored.process_noise)
+            assert_semidefinite_to_rounding(restored.covariance)

@@ -75,7 +75,7 @@ def attitudes(stamped, mag, typed):
     columns, lines = table(stamped, **sensors)
     rate = RATE * stamped.part
     log = zr.read_recording(columns, **({"rate": rate} if typed else {}))
-    settings = AttitudeSettings(rate, time=f"time_{stamped.unit}", beside=("euler",))
+    settings = AttitudeSettings(rate, time=f"time_{stamped.unit}", extra=("euler",))
     rests = FinalRests()
     return zr.estimate_attitude(log), log, answers(settings, lines, rests), rests.seen
 
@@ -109,7 +109,7 @@ def test_drift(form):
     columns, lines = table(stamped, gyro=("dps", np.degrees(GYRO)))
     rate = RATE * stamped.part
     log = zr.read_log(columns, **({"rate": rate} if stamped.exact else {}))
-    settings = Settings(rate, time=f"time_{stamped.unit}", beside=("bias",))
+    settings = Settings(rate, time=f"time_{stamped.unit}", extra=("bias",))
     stream, names, rows = answers(settings, lines)
     filter_ = zr.DriftFilter(rate, channels=3, rest_limit=10.0, bias_limit=20.0)
     filter_.process(log.data)
@@ -202,7 +202,7 @@ def test_saved_while_it_is_undecided_it_goes_on(form, engine):
 def test_a_heading_is_not_carried_on_over_a_restart():
     stamped = FORMS["a restart"]
     _, lines = table(stamped, gyro=("radps", GYRO), accel=("mps2", ACCEL))
-    settings = AttitudeSettings(RATE, time="time_s", beside=("heading_sigma",))
+    settings = AttitudeSettings(RATE, time="time_s", extra=("heading_sigma",))
     _, names, rows = answers(settings, lines)
     sigma = column(names, rows, "heading_sigma_deg")[:, 0]
     assert sigma[N // 2 - 1] < 5.0
@@ -219,7 +219,7 @@ def test_a_sample_of_garbage_is_left_out(value, off, mag):
     )
     _, lines = table(FORMS["regular"], **sensors)
     for time in (None, "time_s"):
-        settings = AttitudeSettings(RATE, time=time, beside=("euler",))
+        settings = AttitudeSettings(RATE, time=time, extra=("euler",))
         stream, names, rows = answers(settings, lines)
         yaw = column(names, rows, "yaw_deg")[:, 0]
         assert np.ptp(yaw[990:1500]) < off + 4.0 * mag

@@ -434,9 +434,9 @@ def test_a_command_and_its_function_give_one_answer(call, sources, tmp_path, nam
     assert code in (0, 1)
     assert (errors == "") == (code == 0)
     assert content(tmp_path / "function") == content(tmp_path / "command")
-    told = one_line("\n".join((text, *pages(tmp_path / "command"))))
+    message = one_line("\n".join((text, *pages(tmp_path / "command"))))
     for sentence in (*result.alarms, *result.notes):
-        assert one_line(shown(sentence)) in told, sentence
+        assert one_line(shown(sentence)) in message, sentence
 
 
 def pages(folder):

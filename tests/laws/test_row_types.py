@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import arrays
 
 import zerorate as zr
 from support.classes import EXAMPLES, assert_same_answers, example
-from support.feeding import arguments_of, flat
+from support.feeding import NAVIGATORS, arguments_of, flat
 
 ROWS = 4
 TYPES = ("float32", "float64", "int16", "int32", "int64", "float16", "uint8", ">f4", "longdouble")
@@ -36,7 +36,7 @@ def unaligned(row):
 
 def update(f, sample, form):
     """Update the filter by one sample whose parts have this form."""
-    if isinstance(f, zr.NavigationFilter):
+    if isinstance(f, NAVIGATORS):
         return f.update(0.02 * (1 + f.samples_seen), *map(form, np.split(sample[:6], 2)))
     if isinstance(f, zr.LinearKalman):
         f.predict()

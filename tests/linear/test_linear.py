@@ -223,7 +223,7 @@ def test_only_states_are_kept():
     run = kf.process(z, keep="state")
     assert_same_bits(run.state, other.process(z).state)
     assert kf.to_bytes() == other.to_bytes()
-    with pytest.raises(ValueError, match="only the state of this run was kept"):
+    with pytest.raises(ValueError, match="this run kept only the states"):
         run.smooth()
     with pytest.raises(ValueError, match="keep must be 'all' or 'state', got 'none'"):
         kf.process(z, keep="none")

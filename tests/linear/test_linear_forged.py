@@ -4,6 +4,8 @@ import struct
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import zerorate as zr
 from support.checkpoints import (
@@ -82,3 +84,31 @@ def test_damaged_bytes_are_refused():
     refuses(kf, sealed_anew(b[:-CHECKSUM] + b"\0"), "not the state of this filter")
     refuses(kf, changed(b, VERSION, b"\x63\0"), "'linear-kalman' version 99")
     refuses(kf, zr.RestDetector(100.0).to_bytes(), "expected 'linear-kalman' version 1")
+
+
+@given(
+    st.integers(2, 6), st.floats(-16.0, -9.5), st.lists(st.floats(-6.0, 6.0), min_size=6),
+    st.sampled_from([-1.0, 1.0]),
+)  # fmt: skip
+def test_what_a_constructor_takes_its_checkpoint_takes(n, power, sizes, sign):
+    """At either side of the bound of what a person computed, after no step and after some."""
+    scale = np.exp(sizes[:n])
+    correlation = np.eye(n)
+    correlation[0, 1] = correlation[1, 0] = sign * (1.0 + 10.0**power)
+    P = correlation * np.outer(scale, scale)
+    made = dict(F=np.eye(n), H=np.eye(n), Q=np.zeros((n, n)), R=np.eye(n), P0=P)
+    if power > -9.999:
+        with pytest.raises(ValueError, match="P0 must be positive semidefinite"):
+            zr.LinearKalman(**made)
+        return
+    if power > -10.001:  # the rounding of the bound itself
+        return
+    f = zr.LinearKalman(**made)
+    for z in np.linspace(-1.0, 1.0, 4):
+        twin = zr.LinearKalman.from_bytes(f.to_bytes())
+        assert twin.to_bytes() == f.to_bytes()
+        assert_covariance(f.covariance)
+        for one in (f, twin):
+            one.predict()
+            one.update(np.full(n, z))
+        assert twin.to_bytes() == f.to_bytes()

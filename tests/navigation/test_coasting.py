@@ -141,7 +141,7 @@ def test_navigate_says_what_it_found():
         zr.navigate(drive.recording(), drive.fixes, noise=choice, outages=30.0)
         for choice in ("auto", "stated")
     )
-    assert any(note.startswith("the noise of the filter is by its coasting") for note in auto.notes)
+    assert any(note.startswith("the filter's noise is fitted to its errors") for note in auto.notes)
     assert not any("coasting" in note for note in stated.notes)
     assert stated.outages[30.0].error_over_sigma() < 0.5
     assert 0.6 < auto.outages[30.0].error_over_sigma() < 1.4

@@ -65,8 +65,8 @@ RADIANS = np.diag(np.radians([1.0, 1.0, np.degrees(1.0)]))
 MISTAKES = {
     "gyro in deg/s": (lambda i, f: (sensors(i, np.degrees(1.0) * ONE), f), "gyro", "in deg/s, not"),
     "gyro in rad/s": (lambda i, f: (sensors(i, np.radians(1.0) * ONE), f), "gyro", "in rad/s, not"),
-    "gyro's sign": (lambda i, f: (sensors(i, -ONE), f), "gyro", "the other sign"),
-    "force's sign": (lambda i, f: (sensors(i, accel=-ONE), f), "force", "the other sign"),
+    "gyro's sign": (lambda i, f: (sensors(i, -ONE), f), "gyro", "the wrong sign"),
+    "force's sign": (lambda i, f: (sensors(i, accel=-ONE), f), "force", "the wrong sign"),
     "y mirrored": (lambda i, f: (both(i, FLIP), f), "axes", "left-handed"),
     "z mirrored": (lambda i, f: (both(i, np.diag([1.0, 1.0, -1.0])), f), "axes", "left-handed"),
     "backward": (lambda i, f: (both(i, BACK), f), "mount", "backward"),

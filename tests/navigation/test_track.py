@@ -132,7 +132,9 @@ def test_without_its_steps_a_track_is_not_smoothed():
     nav.reset()
     track = nav.process(drive.recording(), drive.fixes, keep="track")
     assert np.isfinite(track.nis()).any()
-    with pytest.raises(ValueError, match=r"only the track was kept: process\(..., keep='all'\)"):
+    with pytest.raises(
+        ValueError, match=r"only the track was kept: use process\(..., keep='all'\)"
+    ):
         track.smooth()
     with pytest.raises(ValueError, match="keep must be 'all' or 'track', got 'state'"):
         nav.process(drive.recording(), keep="state")
@@ -273,6 +275,6 @@ def test_a_filter_that_gives_way_says_so():
     assert nav.move_count == 2  # there and back
     assert track.rejected_count["positions"] >= 20
     (note,) = [note for note in track.notes if "in a row" in note]
-    assert "ten positions in a row had been rejected" in note
-    assert re.search(r"went where they are, 5\d{3} km away, the last of 2 times", note)
+    assert "ten positions in a row were rejected" in note
+    assert re.search(r"moved to them, 5\d{3} km away, the last of 2 times", note)
     assert note in track.table().replace("\n  ", " ")

@@ -308,7 +308,7 @@ def test_a_model_in_the_unit_of_the_samples_says_so():
     assert str(model).splitlines() == [
         "white noise  0.5  unit/sqrt(Hz)",
         "random walk  2    unit/s/sqrt(Hz)",
-        '"unit" is the unit of the samples, which is not known',
+        '"unit" is the unknown unit of the samples',
     ]
     assert model.discrete_sigmas(4.0) == (1.0, 1.0)
     with pytest.raises(ValueError, match=r'in deg/h cannot be given because .* unit="deg/s"'):

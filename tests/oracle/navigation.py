@@ -193,6 +193,7 @@ class Navigation(Aided):
         gyro,
         accel,
         *,
+        gyro_vibration=0.0,
         antenna=(0.0, 0.0, 0.0),
         antenna_sigma=0.0,
         consider_antenna=False,
@@ -208,6 +209,7 @@ class Navigation(Aided):
     ):
         self.start, self.gate, self.adapt, self.kind = start, gate, adapt, kind
         (self.N_g, self.K_g), (self.N_a, self.K_a) = (np.square(part) for part in (gyro, accel))
+        self.gyro_vibration = gyro_vibration
         self.antenna, self.axle = np.array(antenna), np.array(axle)
         self.considers = consider_antenna
         self.wheeled, self.wheel_sigma = vehicle == "wheeled", wheel_sigma
@@ -242,7 +244,7 @@ class Navigation(Aided):
         """Sums since the last step of the covariance."""
         self.seconds, self.samples, self.rests = 0.0, 0, 0
         self.sum_C, self.sum_v, self.sum_w = np.zeros((3, 3)), np.zeros(3), np.zeros(3)
-        self.unknown = [0.0, 0.0]
+        self.unknown, self.vibration = [0.0, 0.0], np.zeros(3)
 
     # Samples.
 
@@ -288,6 +290,7 @@ class Navigation(Aided):
         w1, f1 = self.measured(gyro / per, accel / per, dt)
         # Increments are means already.
         w, f = ((w0 + w1) / 2.0, (f0 + f1) / 2.0) if self.kind == "rate" else (w1, f1)
+        self.vibration += ((w1 - w0) * dt) ** 2
         self.w, self.f = w1, f1
         theta = w * dt + cross(w0, w1) * dt**2 / 12.0 - self.b_g * dt
         sculling = (cross(w0, f1 - f0) + cross(f0, w1 - w0)) * dt**2 / 12.0
@@ -370,7 +373,8 @@ class Navigation(Aided):
 
     def growth(self, T, C, v):
         """QT/2."""
-        W = C @ np.diag(self.N_g) @ C.T * T + I3 * UNKNOWN[0] * self.unknown[0]
+        N_g = self.N_g + 0.5 * self.gyro_vibration**2 * self.vibration / T
+        W = C @ np.diag(N_g) @ C.T * T + I3 * UNKNOWN[0] * self.unknown[0]
         A = C @ np.diag(self.N_a) @ C.T * T + I3 * UNKNOWN[1] * self.unknown[1]
         G = np.zeros((ALL, ALL))
         G[PHI, PHI], G[V, PHI] = W, -skew(v) @ W

@@ -159,7 +159,8 @@ SETTINGS = {
     "tight": {"gate": 2.0},
     "long steps": {"covariance_step": 0.5},
     "steps of a sample": {"covariance_step": 0.01},
-    "increments": {"kind": "increment", **ANTENNA},
+    "increments": {"kind": "increment", "gyro_vibration": 0.3, **ANTENNA},
+    "vibration": {"gyro_vibration": 1.0},
     "axes of their own": {
         "gyro": [replace(GYRO, angle_random_walk=x) for x in (1e-4, 3e-4, 1e-3)],
         "accel": [replace(ACCEL, rate_random_walk=x) for x in (1e-5, 1e-4, 1e-3)],

@@ -49,7 +49,7 @@ def test_a_wheel_as_it_should_be(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("how", "told"),
+    ("how", "message"),
     [
         ({"more": ["zerorate/notes.txt"]}, "does not belong there: zerorate/notes.txt"),
         ({"more": ["tests/test_a.py"]}, "does not belong there: tests/test_a.py"),
@@ -60,8 +60,8 @@ def test_a_wheel_as_it_should_be(tmp_path):
         ({"tag": "cp311-cp311-linux_x86_64"}, "is of one Python alone"),
     ],
 )
-def test_a_wheel_as_it_should_not_be(tmp_path, how, told):
-    assert script("wheel").faults(wheel_of(tmp_path, **how)) == [told]
+def test_a_wheel_as_it_should_not_be(tmp_path, how, message):
+    assert script("wheel").faults(wheel_of(tmp_path, **how)) == [message]
 
 
 def test_a_wheel_that_is_too_large(tmp_path, monkeypatch):

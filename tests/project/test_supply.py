@@ -68,7 +68,7 @@ def test_licences_sources_and_duplicates():
 
 
 @pytest.mark.parametrize(
-    ("line", "told"),
+    ("line", "message"),
     [
         ("a v1.0.0|MIT OR Apache-2.0", None),
         ("a v1.0.0 (proc-macro)|Unlicense/MIT", None),
@@ -82,10 +82,12 @@ def test_licences_sources_and_duplicates():
         ("a v1.0.0 (proc-macro) (registry `b`)|MIT", "a 1.0.0 comes from registry `b`"),
     ],
 )
-def test_what_a_package_may_be(line, told):
+def test_what_a_package_may_be(line, message):
     allowed = {"MIT", "Zlib", "Apache-2.0", "Apache-2.0 WITH LLVM-exception"}
     found = list(deny().faults([line], allowed))
-    assert [fault[: len(told or "")] for fault in found] == ([] if told is None else [told])
+    assert [fault[: len(message or "")] for fault in found] == (
+        [] if message is None else [message]
+    )
 
 
 def test_a_package_in_two_versions_is_told():

@@ -42,7 +42,7 @@ def test_nothing_lies_over_another(name, reference):
     # A gradient knows neither deviations nor the gyro.
     told = len(figure.axes) - (1 + 2 * reference if name == "named" else 5)
     heads = [axes.get_title(loc="left") for axes in figure.axes]
-    assert told == ("of its axes [%]" in heads) + ("events" in heads)
+    assert told == ("misalignment [%]" in heads) + ("events" in heads)
     assert ("events" in heads) == (ASKED[name].get("mag", True) and name != "named")
     assert figure.get_figwidth() * 25.4 == pytest.approx(85.0)
 

@@ -85,7 +85,7 @@ def test_norms_before_and_after():
 
 def test_carry_errors_before_and_after():
     made = MADE["usual"]
-    lines = panel(drawn("usual"), "after a turn").lines
+    lines = panel(drawn("usual"), "error after a rotation").lines
     used = [turn for turn in made.turns if turn.used]
     np.testing.assert_allclose(lines[2].get_ydata(), np.degrees([t.residual for t in used]))
     np.testing.assert_allclose(lines[0].get_ydata(), np.degrees([t.residual_raw for t in used]))

@@ -62,7 +62,7 @@ def test_numbers_are_in_the_units_of_people_with_their_errors():
     assert row(text, "bias", 1)[1] == "deg/s"
     assert row(text, "gyro to accelerometer")[1] == "deg"
     assert row(text, "norm of gravity")[1:] == ["mg", "21.0", "0.310"]
-    assert row(text, "gravity carried")[1:] == ["deg", "1.20", "0.350"]
+    assert row(text, "gravity propagated")[1:] == ["deg", "1.20", "0.350"]
 
 
 def test_the_unit_of_the_log_does_not_change_what_is_read():

@@ -31,7 +31,7 @@ def test_it_answers_with_the_best_and_with_what_later_samples_gain():
     found = compared(row("slow", 2.0), row("good", 1.0), row("whole", 0.5, causal=False))
     figure = found.plot()
     assert texts(figure)[:2] == [
-        "Which filter knows best how it lies (nine axes)?",
+        "Which filter estimates attitude best (nine axes)?",
         "good: 1.00 (total, deg); with later samples whole: 0.500",
     ]
     assert [text.get_weight() for text in figure.axes[0].texts] == ["normal", "bold", "normal"]
@@ -53,7 +53,7 @@ def test_at_most_three_panels_and_none_without_a_number():
     assert [one.get_title(loc="left") for one in panels] == ["heading", "inclination", "ns"]
     nothing = Row("a.csv", "all", "x", "rad", {}, True)
     figure = compared(nothing).plot()
-    assert (len(figure.axes), texts(figure)[1]) == (0, "no measure means anything here")
+    assert (len(figure.axes), texts(figure)[1]) == (0, "no measure applies here")
 
 
 def test_it_is_as_wide_as_a_column():

@@ -92,7 +92,7 @@ def test_nothing_lies_over_a_neighbour_or_outside(name, everything, panels, wide
 def test_the_answer_is_the_model_and_what_it_leaves():
     question, answer, *_ = (text.get_text() for text in drawn("white", False).texts)
     assert question == "Which model describes the drift?"
-    assert answer.startswith("White noise; what it leaves may be white (Ljung-Box, p = ")
+    assert answer.startswith("White noise; its residuals may be white (Ljung-Box, p = ")
 
 
 class TestPanels:

@@ -71,7 +71,7 @@ def test_a_track_that_did_not_begin():
     nothing = filter_(heading=None).process(DRIVE.recording(), DRIVE.fixes)
     figure = nothing.plot()
     check_layout(figure)
-    assert figure.axes[0].texts[0].get_text() == "the filter did not begin"
+    assert figure.axes[0].texts[0].get_text() == "the filter did not start"
     assert "At the end" not in nothing.table()
     assert "no heading" in nothing.table()
 

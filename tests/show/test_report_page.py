@@ -55,7 +55,7 @@ def test_both_axes_have_ticks_and_limits_are_folded_at_the_end(page):
             assert np.diff(ticks) == pytest.approx(ticks[1] - ticks[0])
     limits = page[page.index('<section id="limits">') :]
     assert limits.index("<details>") < limits.index("<table>")
-    assert "own: 6 deg in a minute" in limits
+    assert "own: 0.1 deg/s is 6 deg of heading in a minute" in limits
 
 
 def test_a_finding_of_the_whole_log_does_not_paint_the_picture():

@@ -54,6 +54,20 @@ def assert_semidefinite(P):
     assert np.all(np.isfinite(factors))
 
 
+def indefiniteness(n):
+    """By how much of its variances a covariance of a running filter may miss semidefiniteness.
+
+    The bound of the core (math/symmetric.rs), which its steps keep and its checkpoints ask.
+    """
+    return 16.0 * 8.0 * np.finfo(float).eps * n
+
+
+def assert_semidefinite_to_rounding(P):
+    """To what a running filter may miss, of the largest variance: forged states hide the others."""
+    bound = indefiniteness(P.shape[-1]) * np.trace(P, axis1=-2, axis2=-1)
+    assert np.all(np.linalg.eigvalsh(P) >= -bound[..., None])
+
+
 def changing(P):
     """A stack without the matrices that equal the one before."""
     stack = P.reshape(-1, *P.shape[-2:])

@@ -840,6 +840,16 @@ STREAMS["navigation-aided"] = replace(
     ordinary=aided_records,
     width=18,
 )
+STREAMS["navigation bank"] = replace(
+    STREAMS["navigation"],
+    kind=zr.navigation.NavigationBank,
+    make=alone(zr.navigation.NavigationBank),
+    examples={
+        "navigation-bank": {"start": LEVEL},
+        "navigation-bank-wheeled": STREAMS["navigation"].examples["navigation-wheeled"],
+    },
+    properties={**STREAMS["navigation"].properties, "weights": 0, "noise_factors": 0},
+)
 PROPERTIES = {stream.kind: list(stream.properties) for stream in STREAMS.values()}
 EXAMPLES = {
     name: (stream, arguments)

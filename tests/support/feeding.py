@@ -14,6 +14,7 @@ import zerorate as zr
 STEP = 0.02
 HOME = np.array([48.0, 11.0, 400.0])
 METRES = np.array([1e-5, 1e-5, 1.0])
+NAVIGATORS = (zr.NavigationFilter, zr.navigation.NavigationBank)
 NAVIGATED = ("position", "velocity", "quaternion", "gyro_bias", "accel_bias", "sigma")
 STATUSES = ("waiting", "no heading", "navigating", "coasting", "missing")
 
@@ -39,7 +40,7 @@ def arguments_of(f, z):
     if isinstance(f, zr.GyroArray):
         axes = (f.sensors, 3) if f.axes == 3 else (f.sensors,)
         return (np.reshape(z, (*np.shape(z)[:-1], *axes)),)
-    if isinstance(f, zr.NavigationFilter):
+    if isinstance(f, NAVIGATORS):
         return events_of(f, np.asarray(z, dtype=float))
     return (z,)
 
@@ -83,12 +84,12 @@ def aids_of(time, z):
 
 def called(f):
     """The name of the method that takes a record."""
-    return "process_arrays" if isinstance(f, zr.NavigationFilter) else "process"
+    return "process_arrays" if isinstance(f, NAVIGATORS) else "process"
 
 
 def process(f, z, **how):
     """What a record gives, as one array or None."""
-    if isinstance(f, (zr.LinearKalman, zr.NavigationFilter)):
+    if isinstance(f, (zr.LinearKalman, *NAVIGATORS)):
         # Their records are no work for several threads.
         how.pop("threads", None)
     with warnings.catch_warnings():
@@ -112,7 +113,7 @@ def step(f, sample):
     if isinstance(f, zr.LinearKalman):
         f.predict()
         return f.update(sample)
-    if not isinstance(f, zr.NavigationFilter):
+    if not isinstance(f, NAVIGATORS):
         return flat(f.update(*arguments_of(f, sample)))
     time, gyro, accel, fixes, rest, *aids = events_of(f, np.array([sample], dtype=float))
     f.update(time[0], gyro[0], accel[0], bool(rest[0]))
@@ -132,7 +133,7 @@ def joined(parts):
 
 def one_by_one(f, z):
     """What each sample gives, in calls of its own."""
-    if isinstance(f, (zr.LinearKalman, zr.NavigationFilter)):
+    if isinstance(f, (zr.LinearKalman, *NAVIGATORS)):
         answers = [step(f, sample) for sample in z.tolist()]
     else:
         columns = (np.asarray(part).tolist() for part in arguments_of(f, z))

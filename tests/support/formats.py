@@ -7,6 +7,7 @@ import pyarrow.feather as feather
 import pyarrow.parquet as pq
 from scipy.io import savemat
 
+import zerorate as zr
 from support.bags import write_recording
 from support.dataflash import flight as copter
 from support.dataflash import write_dataflash, write_text
@@ -41,6 +42,12 @@ def _hdf5(path):
         file["unit"] = "deg/s"
 
 
+def _mcap(path):
+    rates = np.random.default_rng(3).normal(size=(N, 3))
+    names = [f"gyro_{axis}_radps" for axis in "xyz"]
+    zr.write_log(zr.Log(1.7e9 + np.arange(N) / 100, 100.0, rates, names, "rad/s"), path)
+
+
 _WRITERS = {
     "a.csv": _csv,
     "a.npy": _npy,
@@ -56,6 +63,7 @@ _WRITERS = {
     "a.bin": lambda path: write_dataflash(path, copter(N)),
     "a.tlog": lambda path: write_tlog(path, N),
     "a.mp4": lambda path: write_gopro(path, *_CAMERA, rate=8),
+    "packed.mcap": _mcap,
     "a.log": lambda path: write_text(path, copter(N)),
 }
 FORMATS = (*_WRITERS, "a.bag", "a.db3", "a.mcap")

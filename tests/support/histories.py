@@ -3,7 +3,7 @@
 import numpy as np
 
 import zerorate as zr
-from support.feeding import STEP, arguments_of, process
+from support.feeding import NAVIGATORS, STEP, arguments_of, process
 from support.records import one_of, stretch_of_misbehaviour
 
 # Seconds between two samples; a year of gaps comes together within one history.
@@ -48,7 +48,7 @@ def blocks(rng, width):
 
 def take(rng, f, z):
     """Give a block to a stream, with a step of time where it takes one."""
-    if isinstance(f, zr.NavigationFilter):
+    if isinstance(f, NAVIGATORS):
         return take_events(rng, f, z)
     arguments = arguments_of(f, z)
     if isinstance(f, (zr.Attitude, zr.Tilt, zr.PositionFilter)):

@@ -70,10 +70,10 @@ def test_reference_by_columns_poses_and_file(tmp_path):
         ({"magnetometer": "a.json", "mag": False}, "magnetometer= has no effect with mag=False"),
         ({"reference": "no.tum"}, "reference= names no.tum, which does not exist"),
         ({"reference": "a,b,c,d", "reference_offset": 1.0}, "reference_offset= acts on a file"),
-        ({"reference": "a,b,c,d"}, "reference= is for what is read"),
+        ({"reference": "a,b,c,d"}, "reference= applies to data that are read"),
         ({"reference_heading": "north"}, "reference_heading must be one of absolute, relative"),
         ({"kp": 2.0}, "kp has no effect on method 'auto', only on 'mahony'"),
-        ({"unit": "deg/s"}, "unit= is for what is read: a recording is taken as it is"),
+        ({"unit": "deg/s"}, "unit= applies to data that are read: a Recording is used unchanged"),
     ],
 )
 def test_refusals(options, match):
@@ -99,7 +99,7 @@ class TestGravity:
 
     def test_it_is_missed(self):
         rows = table(MOTION.gyro, self.parts()[0])
-        with pytest.raises(LogError, match="gravity is absent, as from a phone's linear"):
+        with pytest.raises(LogError, match="gravity is absent, as in a phone's linear"):
             zr.estimate_attitude(rows, unit="rad/s,m/s^2")
 
     @pytest.mark.parametrize(("unit", "sign"), [("m/s^2", 1.0), ("g", -1.0)])
@@ -111,7 +111,7 @@ class TestGravity:
         whole = zr.estimate_attitude(RECORDING, mag=False)
         np.testing.assert_allclose(found.quaternion, whole.quaternion, atol=1e-9)
         assert found.alarms == ()
-        assert "gravity_x, gravity_y, gravity_z is added to it" in " ".join(found.notes)
+        assert "gravity_x, gravity_y, gravity_z is added" in " ".join(found.notes)
 
 
 class TestSteadyRate:

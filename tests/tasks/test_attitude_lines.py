@@ -66,7 +66,7 @@ def test_a_magnetometer_is_learned():
     stream = LineStream(settings(learn_magnetometer=True))
     answers = [stream.take(",".join(map(repr, row))) for row in rows.tolist()]
     np.testing.assert_array_equal(quaternions(answers), expected)
-    with pytest.raises(ColumnError, match="the lines hold no magnetometer to be learned"):
+    with pytest.raises(ColumnError, match="the lines have no magnetometer"):
         LineStream(settings(learn_magnetometer=True)).take(LINES[0])
     with pytest.raises(ValueError, match="learn_magnetometer has no effect with mag=False"):
         settings(learn_magnetometer=True, mag=False)
@@ -100,7 +100,7 @@ def test_numbers_tell_what_was_lost():
 
 
 def test_time_of_its_own_unit():
-    stream = LineStream(settings(time="millis", beside=("euler", "heading", "linear", "bias")))
+    stream = LineStream(settings(time="millis", extra=("euler", "heading", "linear", "bias")))
     assert stream.take("millis,gx,gy,gz,ax,ay,az").startswith("millis,quat_w")
     kept = np.delete(np.arange(200), [60, 61, 62])
     answers = [stream.take(f"{20 * i},{LINES[i]}") for i in kept]
@@ -117,7 +117,11 @@ def test_time_of_its_own_unit():
         ("1,2,3,4,5,6", {"gyro_unit": None}, "the unit of the gyro is not known"),
         ("gx_dps,gy_dps,gz_dps,ax,ay,az", {"gyro_unit": "rad/s"}, "named in deg/s, but unit="),
         ("1,2,3,4,5,6", {"time": "t"}, "there is no column 't'"),
-        ("1,2,3,4,5,6", {"columns": (0, 1, 2, 3, 4, 5), "time": 0}, "is one of a sensor too"),
+        (
+            "1,2,3,4,5,6",
+            {"columns": (0, 1, 2, 3, 4, 5), "time": 0},
+            "is also the column of a sensor",
+        ),
     ],
 )
 def test_columns_that_cannot_be(line, given, match):
@@ -129,7 +133,7 @@ def test_columns_that_cannot_be(line, given, match):
     ("given", "match"),
     [
         ({"frame": "up"}, "frame must be"),
-        ({"beside": ("stuck",)}, "stuck"),
+        ({"extra": ("stuck",)}, "stuck"),
         ({"columns": (1, 2)}, "six columns, or nine"),
         ({"gyro_unit": "g"}, "gyro_unit is no unit of rate: 'g'"),
     ],
@@ -141,7 +145,7 @@ def test_settings_that_cannot_be(given, match):
 
 class TestState:
     def stream(self):
-        made = LineStream(settings(sequence=0, beside=("at_rest",)))
+        made = LineStream(settings(sequence=0, extra=("at_rest",)))
         for i in range(90):
             made.take(f"{i},{LINES[i]}")
         return made
@@ -158,7 +162,7 @@ class TestState:
         for bad in (b"", raw[:-1], raw[:40], raw[:50] + b"x" + raw[51:], b"ZRLINES1" + raw[8:]):
             with pytest.raises(CheckpointError):
                 LineStream.from_bytes(bad)
-        with pytest.raises(SettingsError, match="made with beside"):
+        with pytest.raises(SettingsError, match="made with extra"):
             LineStream.from_bytes(raw, settings(sequence=0))
 
 

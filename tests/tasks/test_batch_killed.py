@@ -196,7 +196,8 @@ def test_what_is_finished_stays_and_one_line_says_what_happened(scheduler, tmp_p
         text, errors = batch.communicate(timeout=HANGS)
     assert (batch.returncode, text) == (1, "")
     assert (
-        errors == f"zerorate: the scheduler at '{address}' is gone: a later run goes on from here\n"
+        errors
+        == f"zerorate: the scheduler at '{address}' is gone: the next run continues from here\n"
     )
     counts = zr.batch(pattern, out, workers=1).counts
     assert counts["skipped"] >= len(kept) > 0

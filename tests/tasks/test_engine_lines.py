@@ -56,7 +56,7 @@ BY_ENGINE = pytest.mark.parametrize("engine", SETTINGS)
 
 
 def test_an_array_answers_with_its_rate():
-    stream = LineStream(array(beside=("at_rest", "health")))
+    stream = LineStream(array(extra=("at_rest", "health")))
     alone, expected = zr.GyroArray(RATE, 2), []
     for z in Z:
         expected.append([*alone.update(z), *alone.at_rest])
@@ -67,7 +67,7 @@ def test_an_array_answers_with_its_rate():
 
 
 def test_a_navigation_answers_with_its_place():
-    stream = LineStream(navigation(beside=("status", "sigma", "verdict")))
+    stream = LineStream(navigation(extra=("status", "sigma", "verdict")))
     nav, verdicts = navigation().filter.copy(), []
     rows = [[float(cell or "nan") for cell in line.split(",")] for line in LINES["navigation"]]
     for line, row in zip(LINES["navigation"], rows, strict=True):
@@ -122,8 +122,8 @@ def test_other_settings_and_other_bytes_are_refused(engine):
     stream = LineStream(SETTINGS[engine]())
     stream.take(LINES[engine][0])
     raw = stream.to_bytes()
-    with pytest.raises(SettingsError, match="made with beside=none"):
-        LineStream.from_bytes(raw, SETTINGS[engine](beside=(BESIDE[engine],)))
+    with pytest.raises(SettingsError, match="made with extra=none"):
+        LineStream.from_bytes(raw, SETTINGS[engine](extra=(BESIDE[engine],)))
     for other in (Settings(RATE), AttitudeSettings(RATE)):
         with pytest.raises(SettingsError, match=f"it is of the engine '{engine}', not of"):
             LineStream.from_bytes(raw, other)
@@ -137,7 +137,7 @@ def test_columns_that_cannot_be():
         LineStream(array()).take("1,2,3")
     with pytest.raises(ColumnError, match="six, nine or twelve columns, got 3"):
         LineStream(navigation()).take("0,1,2,3")
-    with pytest.raises(ColumnError, match="the time is one of a sensor too"):
+    with pytest.raises(ColumnError, match="the time is also the column of a sensor"):
         LineStream(navigation(columns=(0, 1, 2, 3, 4, 5))).take("0,1,2,3,4,5")
 
 

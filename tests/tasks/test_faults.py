@@ -75,10 +75,10 @@ class TestFullDisks:
         before = (tmp_path / "gyro.state").read_bytes()
         more = "".join(f"{line}\n" for line in LINES[100:])
         done = called(*STREAM, limited=True, cwd=tmp_path, input=more)
-        told = "zerorate: the checkpoint cannot be written: "
+        message = "zerorate: the checkpoint cannot be written: "
         assert (code, done.returncode) == (0, 1)
         # At the end, and before if the disk has answered before the next save.
-        assert {line[: len(told)] for line in done.stderr.splitlines()} == {told}
+        assert {line[: len(message)] for line in done.stderr.splitlines()} == {message}
         assert len(first) + len(done.stdout.splitlines()) == len(LINES)
         assert names(tmp_path) == ["gyro.state"]
         assert (tmp_path / "gyro.state").read_bytes() == before
@@ -98,7 +98,7 @@ class TestFullDisks:
         with open("/dev/full", "w") as full:
             done = called(*STREAM, stdout=full, cwd=tmp_path, input=lines)
         assert done.returncode == 1
-        assert "not answered" in done.stderr
+        assert "could not be read or answered" in done.stderr
         assert len(done.stderr.splitlines()) == 1
         # What was not answered is not saved.
         assert names(tmp_path) == []

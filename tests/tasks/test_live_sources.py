@@ -62,11 +62,11 @@ def test_packets_are_answered_as_their_lines_would_be(recorded, tmp_path, capsys
 
 
 def test_the_counter_of_packets_tells_what_was_lost(recorded, capsys):
-    answers, told = answered(
+    answers, message = answered(
         recorded(*MESSAGES[:50], *MESSAGES[53:]), "--form", "xsens", capsys=capsys
     )
     assert len(answers) == 198
-    assert "200 samples, 3 of them lost" in told
+    assert "200 samples, 3 of them lost" in message
 
 
 def test_a_damaged_packet_is_a_missing_sample(recorded, capsys):
@@ -74,11 +74,11 @@ def test_a_damaged_packet_is_a_missing_sample(recorded, capsys):
     bad = bytearray(packets[20])
     bad[15] ^= 1
     raw = recorded(*packets[:20], bad, *packets[21:])
-    answers, told = answered(raw, "--form", "witmotion", capsys=capsys)
+    answers, message = answered(raw, "--form", "witmotion", capsys=capsys)
     assert len(answers) == 41
     assert answers[21].split(",")[:3] == ["nan"] * 3
-    assert "after 20 samples 11 bytes are no packet" in told
-    assert "garbled lines: 1" in told
+    assert "after 20 samples 11 bytes are no packet" in message
+    assert "garbled lines: 1" in message
 
 
 def test_packets_give_orientations(recorded, capsys):
@@ -92,9 +92,9 @@ def test_packets_give_orientations(recorded, capsys):
 
 
 def test_bytes_of_another_form_are_told(recorded, capsys):
-    answers, told = answered(recorded(b"0.1,0.2,0.3\n" * 500), "--form", "xsens", capsys=capsys)
+    answers, message = answered(recorded(b"0.1,0.2,0.3\n" * 500), "--form", "xsens", capsys=capsys)
     assert len(answers) > 0
-    assert "hold no packet of xsens; is the form another, or the speed of the line?" in told
+    assert "hold no packet of xsens; is the form another, or the speed of the line?" in message
 
 
 def served(address, form, count):
@@ -309,8 +309,8 @@ def test_what_is_no_address_is_refused(address):
     [
         (["--from", "usb:1"], "--from takes one of serial:DEVICE@BAUD, "),
         (["--form", "vesc"], "--form takes one of phone, witmotion, xio, xsens, got 'vesc'"),
-        (["--form", "xio", "--udp", "127.0.0.1:0"], "--udp takes lines alone; --from udp:"),
-        (["--from", "tcp:a:1", "--udp", "127.0.0.1:0"], "give one of a source, --from and --udp"),
+        (["--form", "xio", "--udp", "127.0.0.1:0"], "--udp takes lines only; --from udp:"),
+        (["--from", "tcp:a:1", "--udp", "127.0.0.1:0"], "give only one of SOURCE, --from"),
         (["--form", "xio", "--fields", "3"], "--fields has no effect with --form"),
     ],
 )

@@ -221,7 +221,7 @@ class TestOutputs:
         assert run([*arguments, "--workers", "1"]) == 0
         assert "left out" not in capsys.readouterr().out
         assert run([*arguments, "--workers", "1"]) == 0
-        assert "left out: 3 files that zerorate has written" in capsys.readouterr().out
+        assert "left out: 3 files written by zerorate" in capsys.readouterr().out
 
     def test_results_are_inputs_where_a_pattern_asks_for_them(self, tmp_path):
         make_logs(tmp_path / "logs", 1)
@@ -248,7 +248,7 @@ class TestOutputs:
     def test_nothing_but_outputs_is_no_log(self, tmp_path):
         make_logs(tmp_path / "logs", 1)
         self.batch(tmp_path / "logs/*/*.parquet", tmp_path / "out")
-        with pytest.raises(FileNotFoundError, match="but 2 that zerorate has written"):
+        with pytest.raises(FileNotFoundError, match="but 2 written by zerorate"):
             self.batch(tmp_path / "out/**/*.parquet", tmp_path / "again")
 
     def test_names_alone_make_no_output(self, tmp_path):

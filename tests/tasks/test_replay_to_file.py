@@ -175,8 +175,8 @@ class TestFaults:
         monkeypatch.setattr(RowGroupWriter, "write", full)
         arguments = ["replay", str(tmp_path / "raw.parquet"), "-o", str(tmp_path), "--no-figure"]
         assert run(arguments) == 1
-        told = f"zerorate: {tmp_path}: No space left on device\n"
-        assert capsys.readouterr().err == told
+        message = f"zerorate: {tmp_path}: No space left on device\n"
+        assert capsys.readouterr().err == message
 
     def test_a_folder_that_goes_away(self, tmp_path):
         with pytest.raises(FileNotFoundError):
@@ -192,7 +192,7 @@ class TestFaults:
 
     def test_no_sample_at_all(self, tmp_path):
         write(tmp_path / "raw.parquet", np.arange(500), np.full((500, 2), np.nan))
-        with pytest.raises(LogError, match="no axis holds a sample"):
+        with pytest.raises(LogError, match="no axis has a sample"):
             self.go(tmp_path)
 
 

@@ -13,5 +13,5 @@ def test_replay_notes_a_noise_that_was_learned_anew():
     told = run_filters(make_log(z, names=["x", "y"]), motion="ignore")
     assert told.restart_count.tolist() == [0, 1]
     notes = " ".join(format_notes(told).split())
-    assert "y: the noise learned at the start was wrong by many orders" in notes
+    assert "y: the noise learned at the start was wrong by orders of magnitude" in notes
     assert "x: the noise" not in notes

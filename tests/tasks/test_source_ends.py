@@ -23,7 +23,7 @@ from support.inside import called
 from zerorate.cli import run
 from zerorate.show.live_page import LivePage
 from zerorate.tasks.live import LineStream, Settings, listeners, sources
-from zerorate.tasks.live.listeners import Access, ByteQueue
+from zerorate.tasks.live.listeners import CUT, Access, ByteQueue, DatagramPort
 from zerorate.tasks.live.serving import Saver
 from zerorate.tasks.live.sources import Ending, live_source
 
@@ -61,14 +61,14 @@ def test_a_line_that_the_end_cuts_is_missing(seed, capsys):
     whole = text[:cut].count("\n")
     torn = not text[:cut].endswith("\n")
     with sending(lambda port: port.sendall(text[:cut].encode())) as address:
-        code, answers, told = streamed(f"tcp:{address}", capsys)
+        code, answers, message = streamed(f"tcp:{address}", capsys)
     assert len(answers) == whole + torn
     assert code == torn
-    assert ("within a line" in told) == torn
-    assert "closed by the server" in told
+    assert ("within a line" in message) == torn
+    assert "closed by the server" in message
     if torn:
         assert answers[-1] == "nan,nan,nan"
-        assert "garbled lines: 1" in told
+        assert "garbled lines: 1" in message
 
 
 def test_a_connection_that_is_reset_is_torn(capsys):
@@ -78,10 +78,10 @@ def test_a_connection_that_is_reset_is_torn(capsys):
         port.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
 
     with sending(send) as address:
-        code, answers, told = streamed(f"tcp:{address}", capsys)
+        code, answers, message = streamed(f"tcp:{address}", capsys)
     assert code == 1
     assert answers[-1] == "nan,nan,nan"
-    assert "torn: Connection reset by peer, within a line" in told
+    assert "torn: Connection reset by peer, within a line" in message
 
 
 @pytest.mark.parametrize("kind", ["closed", "torn", "large"])
@@ -100,13 +100,13 @@ def test_the_end_of_a_websocket_is_told(kind, capsys, monkeypatch):
         thread = threading.Thread(target=server.serve_forever)
         thread.start()
         number = server.socket.getsockname()[1]
-        code, answers, told = streamed(f"ws://127.0.0.1:{number}/", capsys)
+        code, answers, message = streamed(f"ws://127.0.0.1:{number}/", capsys)
         server.shutdown()
         thread.join()
     assert len(answers) == 1
     assert code == (kind != "closed")
     said = {"closed": "closed by the server", "torn": "torn: ", "large": "limit: a message has"}
-    assert said[kind] in told
+    assert said[kind] in message
 
 
 def pushed(number, body, *, length=None, host=None, **headers):
@@ -207,9 +207,9 @@ def test_those_who_may_send(allow, peer, admitted):
 @pytest.mark.parametrize("host", ["0.0.0.0", "[::]"])
 def test_an_address_that_others_reach_needs_a_word(kind, host, capsys):
     assert run(["stream", *RATE, "--from", f"{kind}:{host}:0"]) == 2
-    told = capsys.readouterr().err
-    assert "listens at an address of this machine alone" in told
-    assert "--allow ADDRESS" in told
+    message = capsys.readouterr().err
+    assert "listens at an address of this machine alone" in message
+    assert "--allow ADDRESS" in message
     with live_source(f"{kind}:0.0.0.0:0", None, Access.of("192.168.1.0/24")):
         pass
 
@@ -225,9 +225,9 @@ def test_an_address_that_others_reach_needs_a_word(kind, host, capsys):
 )  # fmt: skip
 def test_addresses_of_any_kind_are_a_sentence(address, capsys):
     assert run(["stream", *RATE, "--from", address]) in (1, 2)
-    told = capsys.readouterr().err
-    assert told.startswith("zerorate: ")
-    assert "ZERORATE_TRACEBACK" not in told
+    message = capsys.readouterr().err
+    assert message.startswith("zerorate: ")
+    assert "ZERORATE_TRACEBACK" not in message
 
 
 def test_the_queue_is_bounded_by_bytes():
@@ -250,6 +250,70 @@ def test_pushes_that_find_no_room_are_refused_and_told(monkeypatch):
     assert list(ending.sentences()) == [
         "3 pushes were dropped: the filter is slower than the source"
     ]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_datagrams_that_find_no_room_are_dropped_and_told(monkeypatch, seed):
+    rng = random.Random(seed)
+    sent, limit = [b"%d\n" % n * rng.randrange(1, 9) for n in range(60)], rng.randrange(1, 400)
+    queue, number, ending = ByteQueue(limit), free_port(), Ending()
+    monkeypatch.setattr(sources, "ByteQueue", lambda: queue)
+    with (
+        live_source(f"udp:127.0.0.1:{number}", None, Access(), ending) as source,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender,
+    ):
+        kept, size = [], 0
+        for datagram in sent:
+            before = queue.dropped_count, len(queue._pieces)
+            sender.sendto(datagram, ("127.0.0.1", number))
+            while (queue.dropped_count, len(queue._pieces)) == before:
+                time.sleep(1e-4)
+            if size + len(datagram) <= limit:
+                kept.append(datagram)
+                size += len(datagram)
+        whole = b"".join(kept)
+        assert source.read(len(whole)) == whole
+    dropped = len(sent) - len(kept)
+    message = f"{dropped} datagrams were dropped: the filter is slower than the source"
+    assert list(ending.sentences()) == [message]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="others do not count them")
+@pytest.mark.parametrize("seed", range(4))
+def test_datagrams_that_the_system_drops_are_counted(seed):
+    rng = random.Random(seed)
+    with (
+        sources.bound_socket("127.0.0.1", 0, Access()) as port,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender,
+    ):
+        port.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, rng.randrange(1 << 13, 1 << 17))
+        port.settimeout(0.2)
+        received, sent, found = DatagramPort(port, Access()), 0, 0
+        for _ in range(3):
+            for _ in range(rng.randrange(500, 1000)):
+                sender.sendto(bytes(rng.randrange(1000, 1400)), port.getsockname())
+                sent += 1
+            with contextlib.suppress(TimeoutError):
+                while received.receive(1 << 16):
+                    found += 1
+        sender.sendto(b"last", port.getsockname())
+        assert received.receive(1 << 16)[0] == b"last"
+        assert received.dropped_count == sent - found > 0
+        (message,) = received.sentences()
+        assert message.startswith(f"{sent - found} datagrams were dropped by the system")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="others do not say so")
+def test_a_datagram_that_is_cut_is_marked():
+    with (
+        sources.bound_socket("127.0.0.1", 0, Access()) as port,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender,
+    ):
+        received = DatagramPort(port, Access())
+        for size in (99, 100, 101, 5000):
+            sender.sendto(b"1" * size, port.getsockname())
+            raw = received.receive(100)[0]
+            assert raw == b"1" * size if size <= 100 else raw.endswith(CUT)
 
 
 @pytest.mark.parametrize("what", ["page", "pushes"])
@@ -340,12 +404,12 @@ def test_a_signal_ends_every_source_at_once(kind, number):
 def test_a_last_number_that_stdin_cuts_is_missing(cut):
     text = "".join(f"{n / 7:.4f},{n / 3:.4f}\n" for n in range(20, 40))
     given = text[: len(text) - 1 - cut]
-    code, answers, told = called("stream", *RATE, given=given)
+    code, answers, message = called("stream", *RATE, given=given)
     assert code == 0
     assert len(answers.splitlines()) == 20
     whole = cut == 0
     assert (answers.splitlines()[-1] != "nan,nan") == whole
-    assert ("garbled lines: 1" in told) != whole
+    assert ("garbled lines: 1" in message) != whole
 
 
 @pytest.mark.parametrize("waits", ["to connect", "for notices", "to leave"])

@@ -64,6 +64,6 @@ def test_killed_and_restarted(tmp_path, capsys, sequence, seed):
         with Asked(*options) as asked:
             answers = answers_until(asked, lines[begin:], kill_after)
         output = output[:begin] + answers
-    whole = LineStream(Settings(100.0, beside=BESIDE, sequence=0 if sequence else None))
+    whole = LineStream(Settings(100.0, extra=BESIDE, sequence=0 if sequence else None))
     assert output == [whole.take(line) for line in lines]
     assert LineStream.from_bytes(checkpoint.read_bytes()).to_bytes() == whole.to_bytes()

@@ -294,7 +294,7 @@ def _find_complete(record: Floats, names: tuple[str, ...]) -> Booleans:
         raise ValueError(f"{names[empty[0]]} holds no finite sample: leave it out of the array")
     complete = np.asarray(finite.all(axis=1))
     if not complete.any():
-        raise ValueError("at no time is there a sample of every gyro")
+        raise ValueError("no sample time has data of every gyro")
     record[~complete] = np.nan
     return complete
 

@@ -8,8 +8,8 @@ _ROWS: Final = (
     Option.choice(
         "method",
         ("auto", "centralised"),
-        "Fusion: learned biases, weights and a vote (auto), or the published filter of two "
-        "stages (centralised), which models the rate as a random walk",
+        "Fusion: learned biases, weights and a vote (auto), or the published two-stage filter "
+        "(centralised), which models the rate as a random walk",
     ),
     Option(
         name="scale_error",

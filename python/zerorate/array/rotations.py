@@ -271,8 +271,8 @@ class _Pair(NamedTuple):
             return
         if self._is_mirrored():
             raise LogError(
-                f"the axes of '{name}' are mirrored against those of '{first}': one has another "
-                "sign, or two are exchanged"
+                f"the axes of '{name}' are mirrored relative to those of '{first}': one sign is "
+                f"wrong, or two axes are exchanged"
             )
         if self.residual > _MAX_RESIDUAL_SHARE:
             raise LogError(

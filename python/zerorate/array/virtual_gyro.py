@@ -124,7 +124,7 @@ def weigh(
     seconds : float
         Length of the record less what is missing, s.
     horizon, weights
-        As of `AllanCovariance.virtual_gyro`.
+        As in `AllanCovariance.virtual_gyro`.
     names : sequence of str, length N
         What messages call the gyros.
     """
@@ -217,8 +217,8 @@ def _check_arguments(
         raise ValueError(
             f"drift weights of {len(names)} gyros need {min_seconds / 3600.0:g} h at rest "
             f"({min_seconds:g} s), "
-            f"this record holds {seconds:g} s: drift is slow, so that a shorter record shows "
-            "chance correlations, which cost more than the true ones bring; use weights='mean' or "
+            f"this record holds {seconds:g} s: drift is slow, and weights from the chance "
+            f"correlations of a shorter record are worse than none; use weights='mean' or "
             "'white', or record for longer"
         )
     if weights == "mean":
@@ -228,8 +228,8 @@ def _check_arguments(
     constant = np.flatnonzero(~np.any(np.einsum("tii->ti", parts.matrix) > 0.0, axis=0))
     if constant.size:
         raise ValueError(
-            f"{names[constant[0]]} does not vary, or by nothing compared with the others: "
-            "leave it out of the array"
+            f"{names[constant[0]]} does not vary compared with the others: leave it out of the "
+            f"array"
         )
 
 
@@ -346,7 +346,8 @@ def _log_gain(parts: Parts, curves: Floats, which: list[int], horizon: float) ->
     variances = curves[:, which].sum(axis=1)[nonempty] / counts[nonempty, None]
     if not np.all(np.any(variances > 0.0, axis=0)):
         raise ValueError(
-            "the mean of the gyros does not vary: some are others with the sign turned"
+            "the mean of the gyros does not vary: some gyros are copies of others with the "
+            "opposite sign"
         )
     edf = (parts.edf * counts / parts.terms)[nonempty]
     weighted, mean = _variances_at(horizon, parts.tau[nonempty], variances, edf)

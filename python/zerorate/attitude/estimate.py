@@ -171,7 +171,7 @@ class AttitudeEstimate(Result):
         where : array_like of bool, shape (n,), optional
             The samples that count, ``~estimate.at_rest`` for those in motion; by default all.
         heading : {"absolute", "relative", "aligned"}, optional
-            As of `zerorate.metrics.orientation_errors`; default `compared_heading`.
+            As in `zerorate.metrics.orientation_errors`; default `compared_heading`.
 
         Raises
         ------
@@ -179,9 +179,7 @@ class AttitudeEstimate(Result):
             If there is no reference, or no sample of it that counts.
         """
         if self.reference is None:
-            raise ValueError(
-                "there are no errors: the recording has no orientation to compare with"
-            )
+            raise ValueError("there are no errors: the recording has no true orientation")
         return orientation_errors(
             self.quaternion, self.reference, where=where, heading=heading or self.compared_heading
         )
@@ -192,10 +190,10 @@ class AttitudeEstimate(Result):
         Raises
         ------
         ValueError
-            As of `errors`.
+            As in `errors`.
         """
         if self.reference is None:
-            raise ValueError("there is no offset: the recording has no orientation to compare with")
+            raise ValueError("there is no offset: the recording has no true orientation")
         return heading_offset(self.quaternion, self.reference)
 
     def poses(self) -> Poses:
@@ -264,21 +262,21 @@ def attitude_of(
 
     Nothing is checked or corrected: `zerorate.estimate_attitude` does that first. The clock of the
     gyro is used. A sample of another sensor with its own clock is processed with the first gyro
-    sample that is not earlier; lost samples are missing, and the time goes on.
+    sample that is not earlier. Lost samples are treated as missing.
 
     Parameters
     ----------
     recording : Recording
-        With a gyro and an accelerometer of three axes and of known units, and maybe a magnetometer
-        in any unit. A reference of four channels w, x, y, z is the true orientation, from sensor to
-        earth; the estimate then has errors.
+        With a gyro and an accelerometer of three axes and known units, and optionally a
+        magnetometer in any unit. A reference of four channels w, x, y, z is the true orientation,
+        from sensor to earth; the estimate's errors are then computed.
     frame : {"enu", "ned", "nwu"}
         Axes of the earth: east, north and up; north, east and down; north, west and up. North is
         the magnetic one, unless `declination` is given. Default "enu", or "ned" if the gyro's log
         states that its axes point forward, right and down, such as a PX4's: a level body has then
         no roll.
     method : str
-        Of `zerorate.Attitude`. Default "auto", which needs no settings.
+        A method of `zerorate.Attitude`. Default "auto", which needs no settings.
     offline : bool
         Use the whole recording for each sample, later ones too. Default no.
     mag : bool
@@ -288,16 +286,15 @@ def attitude_of(
         Angle of magnetic north east of true north, rad, from a model of the field for the place:
         the orientation is then relative to true north. Default 0.
     gyro, accel : str
-        Names of the sensors, of several: ``"gyro_1"`` and so on; default the first, and the
-        accelerometer of its device.
+        Names of the sensors if there are several, such as ``"gyro_1"``. Default: the first gyro and
+        the accelerometer of its device.
     reference : Poses, optional
         The true orientation on the clock of the gyro, such as a camera's, instead of the
         recording's own: it has its own north, and headings are aligned.
     reference_frame : {"enu", "ned", "nwu"}, optional
         Earth axes of the reference; default `frame`.
     progress : callable, optional
-        Called with a step's name and the fraction done.
-        By default a bar in a notebook.
+        Called with a step's name and the fraction done. Default: a progress bar in a notebook.
     **constants
         Further arguments of `zerorate.Attitude`, such as those of its named methods.
 
@@ -382,7 +379,7 @@ def _check_declination(declination: float, uses_mag: bool) -> None:
     if not abs(declination) <= math.pi:
         raise ArgumentError("declination", f"must be -pi to pi rad, got {declination}")
     if declination and not uses_mag:
-        raise ArgumentError("declination", "is of no use: no magnetometer takes part")
+        raise ArgumentError("declination", "has no effect: no magnetometer is used")
 
 
 def _rotate_to_true_north(quaternion: Floats, frame: Frame, declination: float) -> Floats:
@@ -503,6 +500,6 @@ def _axes_notes(gyro: Log, requested_frame: Frame | None) -> Iterator[str]:
 
 def _recording_notes(recording: Recording, mag_requested: bool, uses_mag: bool) -> Iterator[str]:
     if mag_requested and not uses_mag:
-        yield "there is no magnetometer: the heading is against the start, and drifts"
+        yield "there is no magnetometer: the heading is relative to the start and drifts"
     if len([log for log in recording.of_kind("reference") if log.channels == 4]) > 1:
-        yield "there are several references of four columns: none is compared with"
+        yield "there are several references of four columns, so none is used"

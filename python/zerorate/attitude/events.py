@@ -64,17 +64,19 @@ KINDS: Final = (
     Kind(Event.RATE_LEFT_OUT, "rates beyond the gyro's range left out", "left out", True),
     Kind(Event.RATE_MISSING, "no rate for more than 0.05 s", "missing", True),
     Kind(Event.CLIPPED, "rates at the gyro's range", "clipped", True),
-    Kind(Event.GAP, "gap of the clock: tilt and heading less sure", "gap", False),
-    Kind(Event.GLITCH, "garbage sample of the gyro undone", "glitch", False),
-    Kind(Event.KNOCK, "wrong tilt found again (a knock, or a bias that jumped)", "knock", False),
-    Kind(Event.FALL, "tilt more than 45 deg off, begun again", "fall", False),
-    Kind(Event.BIAS_JUMP, "bias of the gyro jumped, by a rest", "jump", False),
-    Kind(Event.REST_UNDONE, "earlier rest found to be none, and undone", "undone", False),
-    Kind(Event.HEADING_DRIFT, "drift of the heading, by the magnetic field", "drift", False),
-    Kind(Event.FIELD_HELD, "magnetometer held at one value, not used", "held", True),
-    Kind(Event.FIELD_IGNORED, "magnetic field ignored, another than the known", "ignored", True),
-    Kind(Event.UNCLEAR_REST, "at rest beyond the largest bias, or on a rate table", "table?", True),
-    Kind(Event.WRONG_UNIT, "rates 57 times too large or small: their unit?", "unit?", True),
+    Kind(Event.GAP, "gap of the clock: tilt and heading less certain", "gap", False),
+    Kind(Event.GLITCH, "outlier of the gyro undone", "glitch", False),
+    Kind(Event.KNOCK, "wrong tilt corrected (after a knock or a bias jump)", "knock", False),
+    Kind(Event.FALL, "tilt wrong by more than 45 deg, levelled again", "fall", False),
+    Kind(Event.BIAS_JUMP, "bias jump of the gyro, found at rest", "jump", False),
+    Kind(Event.REST_UNDONE, "earlier rest was false and is undone", "undone", False),
+    Kind(
+        Event.HEADING_DRIFT, "drift of the heading, found from the magnetic field", "drift", False
+    ),
+    Kind(Event.FIELD_HELD, "magnetometer stuck at one value, not used", "held", True),
+    Kind(Event.FIELD_IGNORED, "disturbed magnetic field ignored", "ignored", True),
+    Kind(Event.UNCLEAR_REST, "steady rate above the largest bias, or a rate table", "table?", True),
+    Kind(Event.WRONG_UNIT, "rates 57 times too large or small: wrong unit", "unit?", True),
 )
 """All events, in the order of their bits."""
 
@@ -97,7 +99,7 @@ def event_notes(events: EventBits, at_rest: Booleans, time: Floats, rate: float)
     time : ndarray, shape (n,)
         Of the samples, s.
     rate : float
-        Samples a second, Hz.
+        Samples per second, Hz.
     """
     seconds = time - time[0]
     if at_rest.any():

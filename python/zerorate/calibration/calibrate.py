@@ -29,47 +29,48 @@ def calibrate(
     prior: PriorName = "datasheet",
     saturation: float | None = None,
 ) -> Calibration:
-    """Calibrate a gyroscope and an accelerometer by poses at rest and turns by hand between them.
+    """Calibrate a gyroscope and an accelerometer from poses at rest and rotations by hand.
 
     Parameters
     ----------
     recording : Recording, optional
         With a gyro and an accelerometer, each on its own clock; NaN marks missing samples.
     gravity : float, optional
-        Local gravity, m/s^2. Default 9.80665, from which it differs by up to 0.3 %: the scale of
-        the accelerometer moves by as much.
+        Local gravity, m/s^2. Default 9.80665; an error of it, up to 0.3 %, is an error of the
+        accelerometer's scale.
     accel, gyro : str, Log or array_like, shape (n, 3), optional
-        Which logs of the recording, if it has several; or the samples themselves. An array has no
-        unit: gravity and the turns find it, and corrected samples are in rad/s and m/s^2.
+        Names of logs in the recording, if it has several, or the samples themselves. An array has
+        no unit: it follows from gravity and the turns, and corrected samples are in rad/s and
+        m/s^2.
     rate : float, optional
-        Samples a second of arrays, Hz.
+        Samples per second of arrays, Hz.
     rests : iterable of Rest or (start, stop), optional
         Where the sensor rested, s. Default: found by `find_rests`.
     g_sensitivity : {"auto", True, False}
-        Subtract the g-sensitivity in rotations, too: "auto" if one of its
-        elements differs from zero by three standard errors. It is estimated from rests anyway,
-        but for False.
+        Subtract the g-sensitivity in rotations, too. "auto": if one of its elements differs from
+        zero by three standard errors. False: it is not even estimated from the rests.
     frame : {"x", "z", "symmetric"}
-        Axes of the body: as of `Calibration`.
+        Axes of the body, as in `Calibration`.
     prior : {"datasheet", "wide"}
-        Prior: scale within 5 %, cross terms within 30 mrad, bias of the
-        accelerometer within 100 mg (standard deviations); or nothing but that they are smaller
-        than half of it. Sensors of unknown unit have the wide one.
+        "datasheet": standard deviations of 5 % for the scale, 30 mrad for the cross terms and 100
+        mg for the accelerometer's bias. "wide": each is only smaller than half of the scale.
+        Default "datasheet", and "wide" for a sensor of unknown unit.
     saturation : float, optional
-        End of the gyro's range, raw unit. Default: the largest or smallest value of an axis, if
-        it comes ten times.
+        End of the gyro's range, raw unit. Default: the largest or smallest value of an axis, if it
+        occurs ten times.
 
     Returns
     -------
     Calibration
-        Check `valid` first: if it is False, ``problems`` says why, and ``advice`` what to do.
+        Check `valid` first: if it is False, ``problems`` has the reasons and ``advice`` the
+        remedies.
 
     Raises
     ------
     CalibrationError
         With fewer than 4 rests or 6 turns that can be used.
     LogError
-        If a sensor is not there, has not three axes, or another unit than it says.
+        If a sensor is missing, does not have three axes, or its data contradict its stated unit.
     ValueError, TypeError
         If an argument is not as described.
 

@@ -114,13 +114,13 @@ class Calibration(Result):
     rests, turns
         All rests and turns that were found.
     norm_error, norm_error_raw
-        RMS of ``|f| / g - 1`` over rests, after and before calibration; after it, over rests that
-        the fit had not seen if `held_out`.
+        RMS of ``|f| / g - 1`` over rests, after and before calibration; the former over rests
+        excluded from the fit if `held_out`.
     carry_error, carry_error_raw
         RMS angle between gravity propagated through a turn and gravity after it, rad, likewise.
     held_out
-        True if these errors are of rests and turns that the fit had not seen. False if three
-        quarters of them determine the sensors too badly.
+        True if these errors are of rests and rotations excluded from the fit. False if three
+        quarters of them do not suffice for a fit.
     problems
         Reasons why the calibration is not valid; empty if it is.
     advice
@@ -128,7 +128,7 @@ class Calibration(Result):
     notes
         Assumptions.
     rate
-        Samples a second of the gyro.
+        Samples per second of the gyro.
     temperature
         Mean temperature of the record, degC, or None.
     origin
@@ -138,7 +138,7 @@ class Calibration(Result):
     alarms
         Contradictions in the recording, from `zerorate.calibrate`.
     recording
-        Its data, for the figure, or None; files do not hold it.
+        The recording, for the figure, or None; files do not contain it.
 
     Examples
     --------
@@ -199,18 +199,18 @@ class Calibration(Result):
 
     @property
     def source(self) -> str:
-        """Name of the recording that it was made of."""
+        """Name of the calibrated recording."""
         return self.origin.source or "the recording"
 
     def to_frame(self, frame: Frame) -> Calibration:
-        """Return the same calibration in other axes of the body, errors and all.
+        """Return the same calibration in other axes of the body, with its errors.
 
         Parameters
         ----------
         frame : {"x", "z", "symmetric"}
-            Axes that the body shares with the accelerometer: x, and y in its x-y plane, as
-            Kalibr has it; z, and y in its y-z plane, as imu_tk; or as near to all as can be, with
-            a symmetric matrix.
+            Axes that the body shares with the accelerometer: x, and y in its x-y plane, as Kalibr
+            has it; z, and y in its y-z plane, as imu_tk; or as close as possible to all, with a
+            symmetric matrix.
 
         Returns
         -------
@@ -225,7 +225,7 @@ class Calibration(Result):
         return convert_frame(self, frame)
 
     def in_units(self, *, gyro: str | None = None, accel: str | None = None) -> Calibration:
-        """Return the same calibration for samples in other units, which correction keeps.
+        """Return the same calibration for samples in other units; corrected samples keep them.
 
         Parameters
         ----------
@@ -247,8 +247,8 @@ class Calibration(Result):
         Parameters
         ----------
         recording : Recording, optional
-            What it was made of: adds a panel of the raw log with the rests that were found. Default
-            that of `zerorate.calibrate`.
+            The calibrated recording, for a panel of the raw log with its rests. Default: that of
+            `zerorate.calibrate`.
         panels : {"usual", "all"}
             The usual panels, or the raw log of the gyro as well.
 

@@ -111,17 +111,17 @@ class CalibrationComparison(Result):
 def compare_calibrations(first: Calibration, second: Calibration) -> CalibrationComparison:
     """Compare two calibrations of one IMU, parameter by parameter.
 
-    After a shock, a year, or on another day: has the scale moved, or is it chance?
+    Use it after a shock, a year, or on another day, to find significant changes.
 
     Parameters
     ----------
     first, second : Calibration
-        In the same units and the same frame, of records of their own.
+        Calibrations in the same units and frame, from different records.
 
     Returns
     -------
     CalibrationComparison
-        z of each parameter, the parameters that have moved, and the probability that none has.
+        z of each parameter, the changed parameters, and the probability that none has changed.
 
     Raises
     ------
@@ -233,25 +233,25 @@ def _notes(
     moved = [row.name for row in sorted(rows, key=lambda row: -abs(row.z)) if row.moved]
     usual = [row.name for row in rows if row.reason.startswith("as far")]
     if not any(not math.isnan(row.z) for row in rows):
-        yield "no parameter counts: there is nothing to compare"
+        yield "no parameter can be compared"
     elif moved:
         counted = sum(not math.isnan(row.z) for row in rows)
         yield f"moved by more than {_MIN_MOVED_Z:g} standard errors: {_list_names(moved)}"
         if len(moved) > max(0.5 * counted, _MAX_NAMES):
-            yield "most parameters have moved: is it the same sensor, mounted and read as before?"
+            yield "most parameters have changed: are sensor, mounting and reading options the same?"
     else:
-        yield f"no parameter has moved by more than {_MIN_MOVED_Z:g} standard errors"
+        yield f"no parameter has changed by more than {_MIN_MOVED_Z:g} standard errors"
     if usual:
         yield (
-            f"{', '.join(usual)}: the bias of an accelerometer moves by about 1 mg from session to "
-            "session, which its standard error, of one session, does not count"
+            f"{', '.join(usual)}: the bias of an accelerometer changes by about 1 mg between "
+            f"sessions, which the standard error of one session does not include"
         )
     if any(name.startswith("gyro.bias") for name in moved):
-        yield "the bias of a gyro moves with temperature and from start to start"
+        yield "the bias of a gyro changes with temperature and at each start"
     if None not in (first.temperature, second.temperature):
         warmer = float(second.temperature or 0.0) - float(first.temperature or 0.0)
         if abs(warmer) > _MIN_WARMING_K:
-            yield f"the second record is {warmer:+.1f} K warmer: that alone may move bias and scale"
+            yield f"the second record is {warmer:+.1f} K warmer, which may change bias and scale"
     if first.gravity != second.gravity:
         yield (
             f"gravity was taken as {first.gravity:.5f} and {second.gravity:.5f} m/s^2, which moves "

@@ -60,10 +60,10 @@ def to_kalibr(
     Returns
     -------
     str
-        The model "scale-misalignment": ``accelerometers.M``, ``gyroscopes.M``, ``gyroscopes.A``
-        and ``gyroscopes.C_gyro_i``, for samples in rad/s and m/s^2. Biases, for which Kalibr has
-        no place, and the formulas in both directions are in comments. The pose ``T_i_b`` and the
-        noise are not of a calibration: `NoiseModel.to_kalibr` writes the latter.
+        The model "scale-misalignment": ``accelerometers.M``, ``gyroscopes.M``, ``gyroscopes.A`` and
+        ``gyroscopes.C_gyro_i``, for samples in rad/s and m/s^2. Comments have the biases, which the
+        format lacks, and the formulas in both directions. The pose ``T_i_b`` and the noise are not
+        part of a calibration: `NoiseModel.to_kalibr` writes the noise.
 
     Notes
     -----
@@ -95,7 +95,7 @@ def to_kalibr(
 
 _KALIBR_COMMENTS: Final = (
     "# raw_a, raw_g: samples in m/s^2 and rad/s; a: specific force; w: angular rate.",
-    "# What the sensors make of a motion:",
+    "# Output of the sensors:",
     "#   raw_a = accelerometers.M a + b_a",
     "#   raw_g = gyroscopes.M C_gyro_i w + gyroscopes.A C_gyro_i a + b_g",
     "# How to correct samples:",
@@ -130,7 +130,7 @@ def to_imu_tk(
     Parameters
     ----------
     path : str or path, optional
-        What the names of the files begin with: ``imu`` gives ``imu_acc.calib`` and
+        Beginning of the files' names: ``imu`` gives ``imu_acc.calib`` and
         ``imu_gyro.calib``, as imu_tk's programs name them. Default: none is written.
     doubtful : bool
         Write a calibration that is not valid, with a warning in the files; default False.
@@ -140,10 +140,10 @@ def to_imu_tk(
     Returns
     -------
     ImuTk
-        The texts `accel` and `gyro`. Corrected samples are T K (raw - bias), in m/s^2 and rad/s,
-        of raw ones in their own unit, and in the axes of frame "z", in which the accelerometer's
-        T is upper triangular. There is no place for g-sensitivity: a remark behind the numbers
-        says what is left.
+        The texts `accel` and `gyro`. Corrected samples are T K (raw - bias), in m/s^2 and rad/s, of
+        raw ones in their own unit, and in the axes of frame "z", in which the accelerometer's T is
+        upper triangular. The format has no g-sensitivity: a comment after the numbers states its
+        size.
 
     Raises
     ------
@@ -188,7 +188,8 @@ def _format_triad(
     if si == "rad/s" and calibration.values[G_SENSITIVITY].any():
         largest = np.abs(calibration.values[G_SENSITIVITY]).max()
         remarks += (
-            f"# g-sensitivity has no place here: up to {shorten(largest, 3)} {raw} a g is left.",
+            f"# g-sensitivity cannot be stored here: up to {shorten(largest, 3)} {raw} a g is "
+            f"left.",
         )
     return "\n".join((*(" ".join(map(_format_number, row)) for row in rows), *remarks)) + "\n"
 
@@ -213,10 +214,10 @@ def to_px4(
     -------
     str
         ``CAL_ACC`` and ``CAL_GYRO``: PX4 corrects an accelerometer by (raw - offset) scale and a
-        gyro by raw - offset, axis by axis in the sensor's own axes. It has no place for
-        misalignment, for the scale of a gyro and for g-sensitivity; the text says how large what
-        is left is. Made of the frame "symmetric", which leaves the least. With a temperature
-        model, ``TC_G0`` hold the bias of the gyro, and its offsets are zero.
+        gyro by raw - offset, axis by axis in the sensor's own axes. The format has no misalignment,
+        gyro scale or g-sensitivity; comments state the sizes of these errors. The frame is
+        "symmetric", which makes them smallest. With a temperature model, ``TC_G0`` have the gyro's
+        bias, and its offsets are zero.
     """
     _check_valid(calibration, doubtful)
     converted, names = _convert_to_si(calibration.to_frame("symmetric"), "PX4"), _PX4_NAMES
@@ -233,7 +234,7 @@ def to_px4(
     model = _significant_model(calibration)
     if model is not None:
         lines += [
-            "# The bias of the gyro is all in these:",
+            "# These include the whole bias of the gyro:",
             model.to_px4(instance=instance).rstrip(),
         ]
     return write_text("\n".join(lines) + "\n", path, force)
@@ -258,9 +259,9 @@ def to_ardupilot(
     Returns
     -------
     str
-        ``INS_ACCOFFS``, ``INS_ACCSCAL`` and ``INS_GYROFFS``, used as PX4 uses its own: see
-        `to_px4` for what is left; with a temperature model also ``INS_TCAL1``. ArduPilot takes new
-        gyro offsets at every start by default.
+        ``INS_ACCOFFS``, ``INS_ACCSCAL`` and ``INS_GYROFFS``, used as in PX4: see `to_px4` for the
+        remaining errors; with a temperature model also ``INS_TCAL1``. By default ArduPilot learns
+        new gyro offsets at every start.
     """
     _check_valid(calibration, doubtful)
     converted, names = (
@@ -331,7 +332,7 @@ def _check_valid(calibration: Calibration, doubtful: bool) -> None:
     """Refuse a doubtful calibration: ValueError with advice for another record."""
     if calibration.valid or doubtful:
         return
-    advice = "; ".join(calibration.advice) or "rest in a dozen poses, and turns between them"
+    advice = "; ".join(calibration.advice) or "rests in a dozen poses, and rotations between them"
     raise ValueError(
         make_sentence(
             f"the calibration is not valid, {calibration.problems[0]}: record {advice}; ",

@@ -56,9 +56,8 @@ def gyro_correction(calibration: Calibration, name: str) -> Floats:
         scale = convert(1.0, gyro.raw_unit, gyro.unit)
     except ValueError as error:
         raise ValueError(
-            f"{name} is for samples in {gyro.raw_unit}, of which the array does "
-            "not know how large they are: apply each calibration to its samples, and leave "
-            "calibrations out"
+            f"{name} is for samples in {gyro.raw_unit}, whose size the array does not know: apply "
+            f"each calibration to its samples, and omit calibrations"
         ) from error
     correction: Floats = gyro.correction / scale
     return correction

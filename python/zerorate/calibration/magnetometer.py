@@ -217,8 +217,8 @@ class MagnetometerCalibration(Result):
         max_ratio, max_unevenness = _UNEVENNESS_LIMITS
         if unevenness > max(max_ratio * unevenness_before, max_unevenness):
             raise LogError(
-                "the calibration is of another device, or its magnets have moved: with it the "
-                f"field's size varies by {100.0 * unevenness:.0f} %, without by "
+                "the calibration is of another device, or its magnets have moved: with the "
+                "calibration the field's size varies by {100.0 * unevenness:.0f} %, without by "
                 f"{100.0 * unevenness_before:.0f} %; calibrate this log"
             )
         if self.field.known and not 1.0 / _MAX_FIELD_RATIO < size / self.field < _MAX_FIELD_RATIO:

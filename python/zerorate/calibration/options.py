@@ -14,15 +14,15 @@ _ROWS: Final = (
         default=None,
         unit="m/s^2",
         expected="that of a place on Earth in m/s^2, {} to {}".format(*GRAVITY_RANGE_M_S2),
-        meaning="Local gravity. By default 9.80665, which may be wrong by 0.3 %, as is then the "
+        meaning="Local gravity. By default 9.80665, which may be wrong by 0.3 %; then so is the "
         "scale of the accelerometer",
     ),
     Option.choice(
         "frame",
         ("x", "z", "symmetric"),
-        "Axes of the body. x: its x is the accelerometer's x, its y lies in that sensor's x-y "
-        "plane, as in Kalibr; z: its z is the accelerometer's z, its y lies in the y-z plane, as "
-        "in imu_tk; symmetric: as near to all three axes as possible",
+        "Axes of the body. x: the accelerometer's x, and y in its x-y plane, as in Kalibr; z: the "
+        "accelerometer's z, and y in its y-z plane, as in imu_tk; symmetric: as close to all "
+        "three axes as possible",
     ),
     Option(
         name="g_sensitivity",
@@ -30,7 +30,7 @@ _ROWS: Final = (
         default="auto",
         expected="'auto', True or False",
         choices=("auto",),
-        meaning="Subtract g-sensitivity in rotations: where it is clear (auto), always, or never",
+        meaning="Subtract g-sensitivity in rotations: if significant (auto), always, or never",
     ),
     Option.choice(
         "prior",
@@ -43,7 +43,7 @@ _ROWS: Final = (
         default=None,
         expected="positive and finite",
         meaning="End of the gyro's range, in the unit of the log. By default the value that it "
-        "reaches again and again. A rotation that reaches it is not used",
+        "reaches repeatedly. A rotation that reaches the range is not used",
     ),
 )
 

@@ -72,7 +72,7 @@ def _unit_factor(own: str, wanted: str, sensor: Sensor) -> float:
         return 1.0
     if wanted not in UNITS or own not in UNITS:
         advice = (
-            "give their unit where they are read, as for the calibration"
+            "give their unit when you read them, as for the calibration"
             if own in UNITS
             else "read them as raw counts, as for the calibration, or calibrate with a unit"
         )
@@ -96,10 +96,10 @@ def with_temperature(
     Parameters
     ----------
     model : TemperatureModel, Recording or None
-        Of three axes, in a unit of the gyro's kind. Where the temperature is known its prediction
-        takes the place of ``gyro.bias``. Of a recording with a gyro, an accelerometer and a
-        temperature, the model is that of the rests which the calibration has found in it, without
-        what gravity makes the gyro read there. None takes a model away.
+        Model of three axes, in a unit of the gyro's kind; its prediction replaces ``gyro.bias``
+        where the temperature is known. For a recording with a gyro, an accelerometer and a
+        temperature, the model is fitted to the rests that the calibration found in it, after
+        correction for g-sensitivity. None removes the model.
 
     Raises
     ------
@@ -162,7 +162,7 @@ def corrector(
         Numbers in a sample: the gyro; gyro and accelerometer (the default); these and the
         temperature, degC. All are raw, in the units of the calibration.
     channels : int, optional
-        Sensors of one kind that get the same correction; by default one.
+        Number of sensors with the same correction; by default one.
 
     Returns
     -------
@@ -223,28 +223,28 @@ def apply(
     Parameters
     ----------
     samples : Recording, Log or array_like
-        A recording: its gyro and accelerometer are corrected and all else is as it was. Where
-        the two have clocks of their own, the force that acts on the gyro is interpolated at the
-        gyro's. A log of three channels, of a gyro or of an accelerometer. An array of shape
-        (n, 3) or (3,) of the gyro, (n, 6) or (6,) of gyro and accelerometer, (n, 7) or (7,) with
-        the temperature, degC, behind, in the units of the calibration.
+        A recording: its gyro and accelerometer are corrected, everything else is unchanged. If
+        their clocks differ, the force is interpolated at the gyro's times for the g-sensitivity. A
+        log of three channels, of a gyro or of an accelerometer. An array of shape (n, 3) or (3,) of
+        the gyro, (n, 6) or (6,) of gyro and accelerometer, (n, 7) or (7,) with the temperature,
+        degC, behind, in the units of the calibration.
     gyro, accel : str
-        Names of the two in a recording, ``gyro_1`` and ``accel_1`` for instance; one that is not
-        there is left out.
+        Names of both logs in a recording, such as ``gyro_1`` and ``accel_1``; a missing one is
+        ignored.
 
     Returns
     -------
     Recording, Log or ndarray
-        As `samples`, in their unit; of raw counts in rad/s and m/s^2. Notes of logs say what was
-        done, if the calibration is not valid, and if it was made of other channels; arrays have no
-        notes, so that one which is not valid is a warning.
+        As `samples`, in their unit, or in rad/s and m/s^2 for raw counts. Notes of logs describe
+        the correction, an invalid calibration, and other channels than the calibration's; for
+        arrays, an invalid calibration is a warning.
 
     Raises
     ------
     LogError
         If there is no sensor of three axes.
     ValueError
-        If the units do not fit those of the calibration, or an array has another shape.
+        If the units do not match those of the calibration, or an array has another shape.
     TypeError
         If it is a data frame, whose columns have names and an order of their own.
     """
@@ -271,8 +271,7 @@ def apply_gyro(
     accel : array_like, of the same shape, optional
         Raw samples of the accelerometer, by which g-sensitivity is removed; by default it stays.
     temperature : array_like, shape (n,) or one number, optional
-        degC, where the calibration has a temperature model; by default the bias is the one of
-        the calibration.
+        degC, for a calibration with a temperature model; by default the calibration's bias is used.
 
     Returns
     -------
@@ -400,8 +399,8 @@ def _identify_sensor(log: Log) -> Sensor:
         if all(map(looks_like_gyro, log.names)):
             return "gyro"
     raise LogError(
-        f"neither unit ({log.unit}) nor names ({', '.join(log.names)}) say that this log is of a "
-        "gyro or of an accelerometer"
+        f"neither unit ({log.unit}) nor names ({', '.join(log.names)}) show that this log is of a "
+        f"gyro or of an accelerometer"
     )
 
 
@@ -488,7 +487,7 @@ def _channel_notes(log: Log, sensor: Sensor, calibration: Calibration) -> Iterat
     if own and own != log.names:
         yield (
             f"the calibration was made of {', '.join(own)}, and is applied to "
-            f"{', '.join(log.names)}: it holds only if that is the same sensor"
+            f"{', '.join(log.names)}: it is valid only for the same sensor"
         )
 
 
@@ -500,7 +499,7 @@ def _make_corrected_log(
     sentences = (*_correction_notes(calibration, sensor), *_channel_notes(log, sensor, calibration))
     corrected = _add_notes(replace(log, data=data, unit=unit), sentences)
     if without_accel and calibration.values[G_SENSITIVITY].any():
-        note = "the log has no accelerometer, so the g-sensitivity of the gyro stays"
+        note = "the log has no accelerometer, so the gyro's g-sensitivity is not corrected"
         return _add_notes(corrected, [note])
     return corrected
 
@@ -516,16 +515,16 @@ def _temperature_notes(calibration: Calibration, temperature: Log | None) -> Ite
     if model is None:
         return
     if temperature is None:
-        yield "the log has no temperature, so the bias is the one of the calibration"
+        yield "the log has no temperature, so the calibration's bias is used"
         return
     low, high = model.range
     known = temperature.data[np.isfinite(temperature.data[:, 0]), 0]
     beyond = float(np.mean((known < low) | (known > high))) if known.size else 0.0
-    yield "the bias follows the temperature"
+    yield "the bias is corrected for temperature"
     if beyond > 0.0:
         yield (
             f"{100.0 * beyond:.0f} % of the temperatures lie outside of the {low:.1f} to "
-            f"{high:.1f} degC that the model has seen: the bias there is extrapolated"
+            f"{high:.1f} degC range of the model: the bias there is extrapolated"
         )
 
 

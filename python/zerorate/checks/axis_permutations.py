@@ -11,7 +11,7 @@ from zerorate.types import Floats, Integers
 
 
 def _make_rotations() -> Floats:
-    """Return those of determinant 1, the identity first."""
+    """Return the permutations of determinant 1, the identity first."""
     matrices = []
     for order in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
@@ -28,10 +28,10 @@ SENSES: Final[Floats] = np.concatenate([_make_rotations(), -_make_rotations()])
 INVERSES: Final[Integers] = np.array(
     [int((SENSES == one.T).all(axis=(1, 2)).argmax()) for one in SENSES], dtype=np.int64
 )
-"""The place of the inverse of each."""
+"""Index of each sense's inverse."""
 
 IDENTITY: Final = 0
-"""The sense in which a sensor's axes are as they are named."""
+"""Index of the sense that leaves the axes unchanged."""
 
 _AXES: Final = "xyz"
 
@@ -46,14 +46,14 @@ def count_mistakes(sense: Floats) -> int:
 
 
 def format_sense(sense: Floats) -> str:
-    """Return a sense as one would type it, each new axis by an old one: ``x,-y,z``."""
+    """Return a sense as a user types it, each new axis by an old one: ``x,-y,z``."""
     columns = np.abs(sense).argmax(axis=1)
     signs = ["-" if row.sum() < 0.0 else "" for row in sense]
     return ",".join(f"{sign}{_AXES[column]}" for sign, column in zip(signs, columns, strict=True))
 
 
 def format_senses(senses: Integers) -> tuple[str, ...]:
-    """Return several senses as one would type them, the one of fewest changes first."""
+    """Return several senses as a user types them, the one with the fewest changes first."""
     ordered = sorted(senses, key=lambda index: (count_mistakes(SENSES[index]), index))
     return tuple(format_sense(SENSES[index]) for index in ordered)
 

@@ -33,7 +33,7 @@ _TICK_S: Final = 0.02
 _MIN_DURATION_S: Final = 20.0
 """Shortest recording for a check, s."""
 _MIN_RATE_HZ: Final = 10.0
-"""Hz of a sensor whose samples follow a motion."""
+"""Least rate of a sensor whose samples follow a motion, Hz."""
 _COST_FLOOR, _FIELD_COST_FLOOR = 0.01, 0.05
 _UNIT_FACTORS: Final = (1.0, math.pi / 180.0, 180.0 / math.pi)
 _MAX_SCALE_SIGMA, _MAX_DELAY_SIGMA_S = 0.03, 0.015
@@ -48,25 +48,26 @@ def check(
 ) -> Checks:
     """Check the units, signs and axes of a recording's sensors against its motion.
 
-    The gyro carries the accelerometer's force through the motion: if its unit and its axes are
-    right, and no other, gravity is constant there. So it is with a magnetometer's field. What
-    motion cannot show is left open, and nothing is corrected.
+    The gyro's rotation transforms the accelerometer's force into fixed axes. Only with the correct
+    unit and axes is gravity constant there; the same holds for a magnetometer's field. Units and
+    axes that the motion does not determine stay undecided. Nothing is corrected.
 
     Parameters
     ----------
     recording : Recording
-        With a gyro and an accelerometer of three axes, of 10 Hz or more, and maybe a magnetometer.
+        Recording with a gyro and an accelerometer of three axes at 10 Hz or more, and optionally a
+        magnetometer.
     gyro, accel : str
-        Which of several sensors: ``"gyro_1"`` and so on; default the first, and the accelerometer
-        of its device.
+        Names of the sensors, such as ``"gyro_1"``; default the first gyro, and the accelerometer of
+        its device.
     scale : bool
-        Also look for scale errors and a delay of the gyro, if it fits. Default yes.
+        Estimate also scale errors and a delay of the gyro, if unit and axes fit.
 
     Returns
     -------
     Checks
-        What was found of gyro and magnetometer; ``table()`` shows it, ``apply(recording)`` puts
-        right what is exact.
+        Findings on gyro and magnetometer. ``table()`` shows them, ``apply(recording)`` corrects a
+        unit or axes that are certain.
 
     Examples
     --------
@@ -74,7 +75,7 @@ def check(
     >>> recording = zr.simulate_motion("hand", duration=60.0).recording()
     >>> wrong = zr.Log(**{**vars(recording.gyro), "data": recording.gyro.data * [1, -1, 1]})
     >>> print(zr.check(zr.Recording({**recording, "gyro": wrong})).gyro.text)
-    the gyro's y axis has the sign other than the accelerometer's
+    the gyro's y axis has the opposite sign to the accelerometer's
     """
     accel = accel or partner_name(recording, gyro, "accel")
     mag = partner_name(recording, gyro, "mag")
@@ -121,7 +122,7 @@ def _common_span(*logs: Log) -> tuple[float, float]:
 
 @dataclass(frozen=True, eq=False)
 class _Ticks:
-    """Means of the sensors over ticks: rad/s, and by their median size."""
+    """Means of the sensors over ticks: rates in rad/s, force and field over their median size."""
 
     start: float
     rates: Floats
@@ -144,7 +145,7 @@ class _Ticks:
     def spans(
         self, starts: Counts, length: int, where: Booleans
     ) -> tuple[tuple[float, float], ...]:
-        """Return the seconds of windows, those that overlap as one."""
+        """Return the time spans of windows, overlapping ones merged."""
         spans: list[tuple[float, float]] = []
         for first in starts[where].tolist():
             begin, end = self.start + first * _TICK_S, self.start + (first + length) * _TICK_S
@@ -155,7 +156,7 @@ class _Ticks:
 
 
 def _median_size(vectors: Floats) -> float:
-    """Return the median length of vectors, 0 where there is none."""
+    """Return the median length of vectors, 0 without vectors."""
     with np.errstate(over="ignore"):
         sizes = np.linalg.norm(vectors, axis=1)
     finite = sizes[np.isfinite(sizes)]
@@ -164,7 +165,7 @@ def _median_size(vectors: Floats) -> float:
 
 def _normalise(vectors: Floats) -> Floats:
     size = _median_size(vectors)
-    # Without a size there is nothing to see.
+    # Vectors without a median size show nothing.
     return vectors / size if size > 0.0 else np.full_like(vectors, np.nan)
 
 
@@ -184,7 +185,7 @@ def _check_gyro(ticks: _Ticks, gyro: Log, name: str) -> _GyroCheck:
     def refitted() -> Floats:
         args = (ticks.rates, ticks.forces, starts, length, biases[0, 0])
         found = check_fit(*args, fits=False)[0]
-        # Values so erratic that nothing fits are no ground for an alarm.
+        # If nothing fits, raise no alarm.
         return found if found.size else np.zeros(len(starts))
 
     decision = decide(Costs(costs, null, _COST_FLOOR), refit=refitted)
@@ -202,10 +203,10 @@ def _gyro_finding(
     is_unique = len(decision.remaining) == 1 and not decision.other_units
     is_partial = len(decision.remaining) < len(SENSES)
     texts = {
-        "agrees": "the gyro's unit and axes fit the accelerometer, and nothing else does",
-        "partly seen": "the gyro fits the accelerometer; the motion shows not all of its axes",
+        "agrees": "only the gyro's stated unit and axes fit the accelerometer",
+        "partly seen": "the gyro fits the accelerometer; the motion does not confirm all axes",
         "cannot tell": "the motion does not show the gyro's unit and axes",
-        "doubt": "the gyro does not fit the accelerometer well, nor does anything else for sure",
+        "doubt": "the gyro does not fit the accelerometer well; no other unit or axes clearly fit",
         "unit only": describe_unit("gyro", gyro.unit, unit, factor),
         "mistake": _describe_mistake(decision, gyro.unit, unit, factor),
     }
@@ -226,7 +227,7 @@ def _gyro_finding(
 
 
 def _resolve_unit(stated_unit: str, unit: int) -> tuple[str, float]:
-    """Return the unit of values, and their factor into it."""
+    """Return the unit of the values, and the factor into that unit."""
     other = {("rad/s", 1): "deg/s", ("deg/s", 2): "rad/s"}.get((stated_unit, unit))
     return (other, 1.0) if other else (stated_unit, _UNIT_FACTORS[unit])
 
@@ -247,7 +248,7 @@ def _describe_likely(decision: Decision, axes: str) -> str:
     others = [f"({sense})" for sense in format_senses(decision.remaining)[1:4]]
     if decision.other_units:
         others.append("some in another unit")
-    return f"{axes}; that is the likeliest of several that fit; the others are {', '.join(others)}"
+    return f"{axes}; the likeliest of several that fit; others are {', '.join(others)}"
 
 
 def _is_consistent(finding: Finding) -> bool:
@@ -259,7 +260,7 @@ def _unknown_scale() -> tuple[Scale, Coefficient]:
 
 
 def _estimate_scale(ticks: _Ticks, gyro_check: _GyroCheck) -> tuple[Scale, Coefficient]:
-    """Return the scale and delay of a gyro that fits, from its motion."""
+    """Return the scale and delay of a gyro whose axes fit, from its motion."""
     _, numbers, sigmas = check_fit(
         ticks.rates, ticks.forces, gyro_check.starts, gyro_check.length, gyro_check.bias, fits=True
     )
@@ -281,17 +282,17 @@ def _no_field_finding(recording: Recording, mag: str, reason: str) -> Finding:
 
 
 def _check_field(ticks: _Ticks, gyro_check: _GyroCheck, recording: Recording, mag: str) -> Finding:
-    """Return the finding on the magnetometer, by the gyro as it is or as corrected."""
+    """Return the finding on the magnetometer, from the gyro as it is or as corrected."""
     if ticks.fields is None:
         return _no_field_finding(
-            recording, mag, f"{mag} has not three axes, or less than {_MIN_RATE_HZ:g} Hz"
+            recording, mag, f"{mag} does not have three axes at {_MIN_RATE_HZ:g} Hz or more"
         )
     gyro = gyro_check.finding
     if gyro.alarm and gyro.matrix is None:
-        return _no_field_finding(recording, mag, "which way the gyro turns is not known")
+        return _no_field_finding(recording, mag, "the gyro's axes are not known")
     rates = (gyro_check.unit * ticks.rates - gyro_check.bias) @ gyro_check.sense.T
     costs, null, starts, length = check_field(rates, ticks.fields)
-    # They are of what turns the gyro's axes into the magnetometer's.
+    # The senses turn the gyro's axes into the magnetometer's.
     costs = costs[INVERSES[:_ROTATION_COUNT]]
     decision = decide(Costs(costs[np.newaxis], null, _FIELD_COST_FLOOR))
     spans = ticks.spans(starts, length, decision.decisive)
@@ -320,10 +321,10 @@ def _field_finding(
     axes = describe_axes("magnetometer", "gyro", SENSES[likely])
     fits = "the magnetometer's axes fit the gyro's"
     texts = {
-        "agrees": f"{fits}, and nothing else does, but for the sign of all",
-        "partly seen": f"{fits}; the motion shows not all of them",
+        "agrees": f"{fits}, and no others do, except with all signs reversed",
+        "partly seen": f"{fits}; the motion does not confirm all axes",
         "cannot tell": "the motion does not show the magnetometer's axes",
-        "doubt": "the magnetometer does not fit the gyro well, nor do other axes for sure",
+        "doubt": "the magnetometer does not fit the gyro well; no other axes clearly fit",
         "mistake": axes
         if axes_known
         else f"magnetometer and gyro disagree: {axes}, or the reverse",
@@ -355,11 +356,11 @@ _USUAL_SIZES: Final = {
     "accel": {"m/s^2": (8.5, 11.0), "g": (0.85, 1.12)},
     "mag": {"uT": (20.0, 70.0), "gauss": (0.2, 0.7), "mG": (200.0, 700.0), "nT": (2e4, 7e4)},
 }
-"""Median size of what an accelerometer and a magnetometer show, by unit."""
+"""Usual median size of an accelerometer's and a magnetometer's values, by unit."""
 
 
 def _describe_clock(gyro: Log) -> str:
-    """Return a sentence where stamps contradict a rate: 1 % of it is 1 % of every turn."""
+    """Return a sentence if stamps contradict a rate: an error of 1 % is 1 % of every rotation."""
     report = gyro.meta.get("clock")
     if not isinstance(report, ClockReport) or not report.stamped:
         return ""
@@ -380,6 +381,6 @@ def _describe_sizes(recording: Recording, accel: str, mag: str) -> Iterator[str]
         fits = [unit for unit, (low, high) in known.items() if low <= size <= high]
         if fits and log.unit not in fits:
             yield (
-                f"{', '.join(log.names)}: {size:.3g} {log.unit} in the middle is the size of "
+                f"{', '.join(log.names)}: {size:.3g} {log.unit} in the median, a usual size in "
                 f"{fits[0]}"
             )

@@ -1,4 +1,4 @@
-"""Rates that a gyro clipped at its range: found in the recording, restored from their flanks."""
+"""Rates that a gyro clipped at its range, restored from the flanks of each peak."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from zerorate.types import Booleans, Floats
 from zerorate.units import convert, kind
 
 _RANGE_SHARE: Final = 0.965
-"""Part of the largest rate above which a sample is at the range, as the core has it."""
+"""Fraction of the largest rate above which a sample is at the range, as in the core."""
 
 
 @dataclass(frozen=True)
@@ -60,12 +60,12 @@ class ClippedAxis:
     certain: bool = False
 
     def __str__(self) -> str:
-        """Return a sentence without an end."""
+        """Return a sentence without a full stop."""
         limit = math.degrees(self.sign * self.limit)
         return (
             f"gyro {self.axis} is clipped at {limit:.0f} deg/s in "
             f"{shorten(100.0 * self.share)} % of "
-            "the samples: restored from their flanks, and believed less"
+            "the samples: restored from the flanks, with a larger standard deviation"
         )
 
 
@@ -80,9 +80,9 @@ class RestoredGyro:
     restored : ndarray of bool, shape (n,)
         Mask of changed samples.
     variance : ndarray, shape (n,)
-        Error of a restored rate, as density of a white noise, rad^2/s; 0 elsewhere.
+        Error of a restored rate, as white-noise density, rad^2/s; 0 elsewhere.
     clipped : tuple of ClippedAxis
-        The axes and signs that were clipped; none if the gyro never was.
+        Clipped axes and signs; empty if the gyro was never clipped.
 
     Examples
     --------
@@ -106,15 +106,15 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredG
     The range need not be known. An axis and sign counts as clipped if the rate is within 4 % of its
     largest for a tenth of a second, there are half as many such samples as a little below, and
     cubics through the flanks rise above the plateaus by 1.5 % of the largest on average. Round
-    peaks and true plateaus agree with their flanks, and stay unchanged to the last bit. So does a
-    gyro that never turned by 100 deg/s.
+    peaks and true plateaus agree with their flanks and stay unchanged, to the last bit. A gyro that
+    stays below 100 deg/s is unchanged, too.
 
     Parameters
     ----------
     gyro : array_like, shape (n, 3)
-        rad/s; a row that is not finite is missing, and stays so.
+        Rates, rad/s; a row that is not finite counts as missing and stays so.
     rate : float
-        Samples a second; by default that of a `Log`.
+        Samples per second; by default that of a `Log`.
 
     Returns
     -------
@@ -129,8 +129,8 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredG
     Notes
     -----
     A restored rate is at most twice the range. If a gyro is clipped for longer than about a tenth
-    of a second, no cubic predicts the peak: `variance` is then large. Half a second at a constant
-    rate is no peak, but a turning table or wheel, and stays.
+    of a second, no cubic predicts the peak: `variance` is then large. A constant rate for half a
+    second is not a peak but a rate table or a wheel, and stays.
 
     Examples
     --------
@@ -140,7 +140,7 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredG
     >>> seen[:, 1] = np.minimum(swing, 9.0)  # a range of 516 deg/s
     >>> found = zr.restore_clipped(seen, 200.0)
     >>> print(found.clipped[0])  # doctest: +ELLIPSIS
-    gyro y is clipped at 516 deg/s in 24 % of the samples: restored from their flanks, ...
+    gyro y is clipped at 516 deg/s in 24 % of the samples: restored from the flanks, ...
     >>> before, after = (np.abs(g[:, 1] - swing).max() for g in (seen, found.gyro))
     >>> bool(before > 2.9), bool(after < 0.6)
     (True, True)
@@ -151,7 +151,7 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredG
     known = np.isfinite(rates).all(axis=1)
     if not known.any():
         return RestoredGyro(rates.copy(), np.zeros(len(rates), bool), np.zeros(len(rates)), ())
-    # The last known rate, the first one before that.
+    # Missing rates: the last known one; at the start, the first known one.
     last = np.maximum.accumulate(np.where(known, np.arange(len(rates)), np.argmax(known)))
     values, sides, variance = restore_clipped_rates(rates[last], 1.0 / hertz)
     values[~known] = rates[~known]
@@ -167,7 +167,7 @@ def restore_recording(
     Parameters
     ----------
     imu : Recording
-        With a gyro of three axes in a unit of rates; one without stays as it is.
+        Recording with a gyro of three axes in a unit of rates; any other is returned unchanged.
     gyro : str
         The name of the gyro's log.
     certain : bool, default True
@@ -176,7 +176,7 @@ def restore_recording(
     Returns
     -------
     tuple
-        The recording, the same if nothing was restored, and `ClippedAxis` of each side.
+        The recording, unchanged if nothing was restored, and a `ClippedAxis` for each clipped side.
 
     Examples
     --------

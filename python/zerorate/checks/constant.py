@@ -1,4 +1,4 @@
-"""Sensors that measure nothing: halves of messages without values, dead axes, frozen compasses."""
+"""Sensors that measure nothing: unused fields of a message, dead axes, frozen magnetometers."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from zerorate.types import Booleans, Floats
 from zerorate.units import UNITS, convert
 
 _MIN_SAMPLES: Final = 100
-"""Samples below which a constant value is no evidence: a coarse sensor may repeat itself."""
+"""Least number of equal samples for evidence: a coarse sensor may repeat a value."""
 _MIN_FROZEN_S: Final = 3.0
 _MIN_TURN_RAD: Final = np.radians(5.0)
-"""Rotation during which a field sensor must change: a degree changes 50 uT by a microtesla."""
+"""Rotation during which a magnetometer must change: a degree changes 50 uT by a microtesla."""
 _KINDS: Final = ("gyro", "accel", "mag")
 
 
 def drop_absent_sensors(recording: Recording) -> tuple[Recording, tuple[str, ...]]:
-    """Leave out sensors that hold one value in every sample, where another of the kind measures.
+    """Exclude sensors with one value in every sample if another sensor of the kind measures.
 
-    A message such as ``sensor_msgs/Imu`` always has places for a gyro and an accelerometer. A
-    driver that publishes each sensor in a topic of its own fills the other half with zeros.
+    A message such as ``sensor_msgs/Imu`` always has fields for a gyro and an accelerometer. A
+    driver that publishes each sensor in its own topic fills the other fields with zeros.
 
     Returns
     -------
     tuple
-        The recording, whose remaining sensors are renamed from the first on, and notes.
+        The recording, with the remaining sensors renumbered from the first, and notes.
     """
     notes: list[str] = []
     logs = dict(recording)
@@ -60,12 +60,12 @@ def _numbered_name(kind: str, index: int) -> str:
 
 
 def _is_constant(log: Log) -> bool:
-    """Return True if every axis of a log holds one value, in enough samples to be sure."""
+    """Return True if every axis of a log has one value in enough samples."""
     return log.n >= _MIN_SAMPLES and bool(constant_axes(log).all())
 
 
 def constant_axes(log: Log) -> Booleans:
-    """Return the mask of axes whose samples all have one value, shape (k,); missing ones aside."""
+    """Return the mask of axes with one value in all samples present, shape (k,)."""
     with np.errstate(invalid="ignore"):
         low, high = np.fmin.reduce(log.data, axis=0), np.fmax.reduce(log.data, axis=0)
         same: Booleans = low == high
@@ -76,11 +76,11 @@ def _describe_absent(log: Log) -> str:
     where = log.meta.get("sensor")
     named = f"{', '.join(log.names)} of {where}" if where else ", ".join(log.names)
     values = ", ".join(f"{x:g}" for x in log.data[0])
-    return f"{named}: {values} in every sample, so it measures nothing there and is left out"
+    return f"{named}: {values} in every sample: the sensor measures nothing and is left out"
 
 
 def describe_dead_axes(recording: Mapping[str, Log], names: tuple[str, ...]) -> Iterator[str]:
-    """Yield a sentence for each of some sensors with an axis that never changes while others do."""
+    """Yield a sentence for each sensor with an axis that never changes while its others do."""
     for name in names:
         log = recording.get(name)
         if log is None or log.channels < 2 or log.n < _MIN_SAMPLES:
@@ -95,7 +95,7 @@ def describe_dead_axes(recording: Mapping[str, Log], names: tuple[str, ...]) -> 
 def mask_frozen_field(
     recording: Recording, gyro: str, mag: str
 ) -> tuple[Recording, tuple[str, ...]]:
-    """Mark the samples of a magnetometer missing while it repeats one value in a rotation.
+    """Mark a magnetometer's samples missing while they repeat one value during a rotation.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def mask_frozen_field(
     Returns
     -------
     tuple
-        The recording, without the magnetometer where nothing of it is left, and alarms.
+        The recording, without the magnetometer if no sample is left, and alarms.
     """
     field, rates = recording.get(mag), recording.get(gyro)
     if field is None or rates is None or not _is_rate(rates):
@@ -139,7 +139,7 @@ def _is_rate(log: Log) -> bool:
 
 
 def _cumulative_angle(rates: Log) -> tuple[Floats, Floats]:
-    """Return times, and the angle through which a gyro has turned by then, less its median."""
+    """Return times, and the gyro's accumulated angle of rotation without its median rate."""
     data = np.nan_to_num(
         convert(rates.data - np.nanmedian(rates.data, axis=0), rates.unit, "rad/s")
     )
@@ -148,7 +148,7 @@ def _cumulative_angle(rates: Log) -> tuple[Floats, Floats]:
 
 
 def _equal_rows(data: Floats) -> Iterator[tuple[int, int]]:
-    """Yield the first row and the one after the last of each run of equal rows."""
+    """Yield the first row and the row after the last of each run of equal rows."""
     same = np.concatenate(([False], (data[1:] == data[:-1]).all(axis=1)))
     yield from ((first - 1, last) for first, last in runs(same).tolist())
 

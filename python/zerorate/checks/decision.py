@@ -1,7 +1,7 @@
-"""Hypotheses that remain after their costs in windows: no alarm below a high certainty.
+"""Decision between hypotheses by their costs in windows; alarms need high certainty.
 
-A hypothesis is a unit and one of 48 senses of the axes; its cost in a window is how far gravity,
-carried through the motion by the gyro so understood, is from constant, over gravity squared.
+A hypothesis is a unit and one of 48 senses of the axes. Its cost in a window is the variance of
+gravity, transformed by the gyro under this hypothesis, over gravity squared.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from zerorate.types import Booleans, Floats, Integers
 Status = Literal["agrees", "partly seen", "unit only", "cannot tell", "doubt", "mistake"]
 
 _MAX_EXPLAINED_RMS: Final = 0.25
-"""Root of the cost up to which a hypothesis explains a window."""
+"""Largest root of the cost at which a hypothesis explains a window."""
 _MIN_WINDOWS: Final = 4
 _TIE_RATIO: Final = 2.0
 
@@ -32,9 +32,9 @@ class Costs:
     costs : ndarray, shape (units, senses, windows)
         The given hypothesis is the first.
     null : ndarray, shape (windows,)
-        Of the force, or the field, as the sensor has it: what no gyro at all would give.
+        Costs of force or field in sensor axes, without any gyro.
     floor : float
-        Root of the cost that no model is better than.
+        Root of the smallest cost that any model reaches.
     """
 
     costs: Floats
@@ -42,7 +42,7 @@ class Costs:
     floor: float
 
     def telling(self) -> tuple[Costs, Booleans]:
-        """Return the windows that some hypothesis explains, if half of them are left."""
+        """Return the windows that some hypothesis explains, if these are at least half."""
         explained = self.costs.min(axis=(0, 1)) < _MAX_EXPLAINED_RMS**2
         if 2 * explained.sum() < len(explained):
             explained[:] = True
@@ -58,15 +58,16 @@ class Decision:
     status : str
         See `zerorate.checks.Finding`.
     unit : int
-        Place of the unit that fits: 0 is the given one.
+        Index of the unit that fits; 0 is the stated one.
     remaining : ndarray of int
         Senses that the data do not distinguish from the best.
     likely : int
-        The one of them that the fewest mistakes make, and of several such the one that fits best.
+        The sense with the fewest mistakes among them; of several, the one that fits best.
     decisive : ndarray of bool, shape (windows,)
-        Windows in which the best is better than what was given, or than the rest, by a factor of 2.
+        Windows in which the best hypothesis is better by a factor of 2 than the stated one or the
+        rest.
     ratio : float
-        Cost of what was given over that of the best.
+        Cost of the stated hypothesis over that of the best.
     other_units : bool
         True if hypotheses of other units remain, too.
     """
@@ -88,7 +89,7 @@ class _Margin(NamedTuple):
 
 
 def _compare_costs(worse: Floats, better: Floats, floor: float) -> _Margin:
-    """Return the advantage of one hypothesis over another, and the number of windows for it."""
+    """Return the advantage of one hypothesis over another, and the windows in its favour."""
     high, low = worse + floor**2, better + floor**2
     d = np.log(high / low).clip(-3.0, 3.0)
     total = float(np.abs(d).sum())
@@ -103,7 +104,7 @@ def _is_beaten(costs: Costs, candidate: Floats, best: Floats) -> bool:
 
 
 def _find_quiet_units(costs: Costs) -> Booleans:
-    """Return the units whose senses all fit equally well: so slow that no axis shows."""
+    """Return the units in which all senses fit equally well, as in too slow a rotation."""
     means, null = costs.costs.mean(axis=2), float(costs.null.mean())
     floor = costs.floor**2
     tied = means.max(axis=1) + floor <= _TIE_RATIO * (means.min(axis=1) + floor)
@@ -118,8 +119,8 @@ def decide(costs: Costs, *, refit: Callable[[], Floats] | None = None) -> Decisi
     costs : Costs
         Of all hypotheses.
     refit : callable, optional
-        Returns the costs of what was given, shape (windows,), with scale errors and a delay of
-        its own, and is called before an alarm.
+        Function called before an alarm; it returns the stated hypothesis' costs, shape (windows,),
+        with scale errors and a delay fitted.
     """
     if costs.costs.shape[2] < _MIN_WINDOWS:
         return _decide_nothing("cannot tell", costs)
@@ -144,7 +145,7 @@ def decide(costs: Costs, *, refit: Callable[[], Floats] | None = None) -> Decisi
         return Decision("unit only", best[0], np.arange(48), IDENTITY, where, margin.ratio)
     other_units = int(tied.sum()) > len(remaining)
     if other_units and best[0] != 0:
-        # Units that cannot be distinguished, of which the given one is not the best: none is named.
+        # The stated unit is not the best of several indistinguishable ones: none is named.
         return _decide_nothing("doubt", costs, explained)
     return Decision(
         "mistake",
@@ -186,7 +187,7 @@ def _is_unit_only(costs: Costs, best: tuple[int, int], quiet: Booleans) -> bool:
 
 
 def _is_sure(costs: Costs, given_costs: Floats, best: tuple[int, int], unit_only: bool) -> bool:
-    """Return True if the given hypothesis is worse than the best beyond doubt."""
+    """Return True if the stated hypothesis is certainly worse than the best."""
     low, floor = costs.costs[best], costs.floor
     margin = _compare_costs(given_costs, low, floor)
     if margin.telling < _MIN_WINDOWS or margin.share < 0.9:
@@ -204,7 +205,7 @@ def _is_sure(costs: Costs, given_costs: Floats, best: tuple[int, int], unit_only
 
 
 def _robust_ratio(given_costs: Floats, low: Floats, floor: float) -> float:
-    """Return the ratio of costs without the window that speaks most: one knock shows nothing."""
+    """Return the ratio of costs without the most decisive window: one knock is no evidence."""
     others = np.arange(len(given_costs)) != int(given_costs.argmax())
     return _compare_costs(given_costs[others], low[others], floor).ratio
 
@@ -232,6 +233,6 @@ def _expand_windows(where: Booleans, explained: Booleans) -> Booleans:
 
 
 def _simplest_sense(costs: Costs, unit: int, remaining: Integers) -> int:
-    """Return the sense that the fewest mistakes make, of several the one that fits best."""
+    """Return the sense with the fewest mistakes; of several, the one that fits best."""
     means = costs.costs[unit].mean(axis=1)
     return int(min(remaining, key=lambda sense: (count_mistakes(SENSES[sense]), means[sense])))

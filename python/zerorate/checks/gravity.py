@@ -17,37 +17,37 @@ _G_M_S2: Final = 9.80665
 _WINDOW_S: Final = 0.25
 _MIN_WINDOWS: Final = 20
 _MAX_MEDIAN_M_S2: Final = 0.9 * _G_M_S2
-"""Median force below which gravity may be absent. With it, even a body that spins shows 1 g."""
+"""Median force below which gravity may be absent; with gravity even a spinning body shows 1 g."""
 _QUIET_WINDOW_S: Final = 0.1
 _QUIET_QUANTILE: Final = 0.05
-"""Part of the windows, those in which the gyro turns least."""
+"""Fraction of the windows, those with the least rotation."""
 _SMALL_QUANTILE: Final = 0.05
-"""Part of the windows, those of the smallest mean force: motion to and fro passes through zero."""
+"""Fraction of the windows, those of the smallest mean force: oscillation passes through zero."""
 _MAX_SMALL_M_S2: Final = 0.25 * _G_M_S2
 _MAX_RATIO: Final = 0.25
-"""Their force over that of the largest tenth. With gravity, in whatever scale, it is 0.35 on a
+"""Ratio of their force to that of the largest tenth. With gravity, in any scale, it is 0.35 on a
 runner's foot and 0.8 elsewhere."""
 _APPLE_UNIT: Final = "g"
-"""Unit of gravity and of acceleration without it on Apple's devices, where both have the sign of
-gravity. Android has m/s^2, and the sign of specific force."""
+"""Apple's unit of gravity and of acceleration without gravity; both have the sign of gravity.
+Android has m/s^2, and the sign of specific force."""
 _MAX_REST_FORCE_M_S2: Final = 0.06 * _G_M_S2
-"""Force of the largest tenth of a body that rests, without gravity."""
+"""Force of the largest tenth of a body at rest, without gravity."""
 
 
 def lacks_gravity(accel: Log, gyro: Log | None = None) -> bool:
     """Return True if an accelerometer's samples are without gravity.
 
-    Evidence is the mean force in windows of 0.25 s. With gravity the smallest of these are near
-    1 g, however the body moves; without, acceleration to and fro passes through zero. A sensor in
-    free fall looks the same. Where most forces are large, as on a runner's foot, evidence is the
-    mean force in windows of 0.1 s in which the gyro turns least: there a foot stands.
+    The evidence is the mean force in windows of 0.25 s. With gravity the smallest means are near 1
+    g in any motion; without gravity an oscillating acceleration passes through zero. A sensor in
+    free fall cannot be distinguished. If most forces are large, as on a runner's foot, the evidence
+    is the mean force in the windows of 0.1 s with the least rotation: there the foot stands.
 
     Parameters
     ----------
     accel : Log
-        Of three axes. False for a unit that is not known, and for less than 5 s.
+        Accelerometer of three axes. The result is False for an unknown unit and for less than 5 s.
     gyro : Log, optional
-        On the accelerometer's clock.
+        Gyro on the accelerometer's clock.
     """
     if accel.channels != 3 or accel.unit not in UNITS or UNITS[accel.unit].kind != "acceleration":
         return False
@@ -64,7 +64,7 @@ def lacks_gravity(accel: Log, gyro: Log | None = None) -> bool:
 
 
 def _lacks_gravity_at_rest(force: Floats, gyro: Log) -> bool:
-    """Return True if the mean force is small where the gyro turns least."""
+    """Return True if the mean force is small where rotation is least."""
     if gyro.data.shape != force.shape:
         return False
     length = max(int(_QUIET_WINDOW_S * gyro.rate), 2)
@@ -92,17 +92,17 @@ def _window_means(force: Floats, length: int) -> Floats:
 def restore_gravity(
     recording: Recording, accel: str, needed: bool, gyro: str = "gyro"
 ) -> tuple[Recording, tuple[str, ...], tuple[str, ...]]:
-    """Make the specific force whole where gravity is absent from it.
+    """Add gravity to an accelerometer whose samples lack it.
 
     Parameters
     ----------
     recording : Recording
-        Its log ``gravity``, if there is one on the accelerometer's clock, is added. What is in g
-        points down, as Apple's devices have it, and so does the sum, which is negated.
+        Its log ``gravity``, if present and on the accelerometer's clock, is added. Values in g
+        point down, as on Apple's devices, so their sum is negated.
     accel : str
         Name of the accelerometer.
     needed : bool
-        Raise where gravity cannot be added; else an alarm says what is missing.
+        Raise an error if gravity cannot be added; otherwise return an alarm.
     gyro : str
         Name of the gyro of the same device.
 
@@ -126,8 +126,8 @@ def restore_gravity(
         note = f"{named}: acceleration without gravity; {action}"
         return replace(recording, logs={**recording, accel: force}), (), (note,)
     sentence = make_sentence(
-        f"{named}: gravity is absent, as from a phone's linear acceleration; record the "
-        "accelerometer itself, or name its columns by ",
+        f"{named}: gravity is absent, as in a phone's linear acceleration; record the "
+        f"accelerometer itself, or name its columns with ",
         keyword_argument("columns", "", "columns={'accel': ...}"),
     )
     if needed:
@@ -136,10 +136,10 @@ def restore_gravity(
 
 
 def _add_gravity(accel: Log, gravity: Log) -> tuple[Log, str]:
-    """Return the specific force, up where the body rests, and a note on the change."""
+    """Return the specific force, upward at rest, and a note on the change."""
     unit = gravity.unit if gravity.unit in UNITS else accel.unit
     data = accel.data + convert(gravity.data, unit, accel.unit)
-    added = f"{', '.join(gravity.names)} is added to it"
+    added = f"{', '.join(gravity.names)} is added"
     if unit != _APPLE_UNIT:
         return replace(accel, data=data), added
-    return replace(accel, data=-data), f"{added}, and the sum negated: in g both point down"
+    return replace(accel, data=-data), f"{added}, and the sum negated, since values in g point down"

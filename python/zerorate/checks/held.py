@@ -1,4 +1,4 @@
-"""Fixes that are no news: a receiver's last fix in every row of a table, or a fix sent twice."""
+"""Repeated fixes: a receiver's last fix in every row of a table, or a fix sent twice."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from zerorate.record.fixes import Fixes
 from zerorate.types import Booleans, Floats
 
 _MIN_ROWS_PER_FIX: Final = 2.0
-"""Median number of rows with one fix from which on a table holds them. A receiver's own record has
-1: it repeats itself at rest, but not more often than not."""
+"""Least median number of rows with one fix in a table that holds fixes. In a receiver's own record
+this is 1: fixes repeat at rest only."""
 _MAX_EARLY_SHARE: Final = 0.5
-"""Part of the usual interval before which a repeated fix was sent twice."""
+"""Fraction of the usual interval within which a repeated fix was sent twice."""
 
 
 def drop_held_fixes(fixes: Fixes) -> tuple[Fixes, tuple[str, ...]]:
     """Leave out fixes that repeat the one before.
 
-    Loggers of phones and boards write the receiver's last fix again in every row. There a fix is
-    new when its position or its velocity changes. In a receiver's own record each row is a new fix,
-    and only one that comes too early was sent twice.
+    Loggers of phones and boards write the receiver's last fix in every row; there a fix is new if
+    its position or velocity changes. In a receiver's own record each row is a new fix, except
+    repeated ones that come too early.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def drop_held_fixes(fixes: Fixes) -> tuple[Fixes, tuple[str, ...]]:
     Returns
     -------
     tuple
-        The fixes, and a note with the count of those that were left out.
+        The fixes, and a note with the number of excluded ones.
 
     Examples
     --------
@@ -75,7 +75,7 @@ def _equals_previous(values: Floats) -> Booleans:
 
 
 def _rows_per_fix(repeats: Booleans) -> float:
-    """Return the median number of rows of a fix: the one that is new, and its repetitions."""
+    """Return the median number of rows of a fix, repetitions included."""
     return float(np.median(np.diff(np.flatnonzero(~repeats), append=len(repeats))))
 
 

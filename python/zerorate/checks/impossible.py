@@ -1,19 +1,18 @@
-"""Rates that no gyro measures, and single samples that are garbage: for batches, and live.
+"""Impossible rates and single corrupt samples, in batches and live.
 
-**Evidence.** A bit error or a decimal point lost on the line makes one sample of a gyro anything.
-Integrated for one period it turns the heading for good: 20,000 deg/s in one row at 100 Hz are
-200 deg.
+**Evidence.** A bit error or a lost decimal point can give one sample any value. Integrated over one
+period it changes the heading permanently: 20,000 deg/s in one row at 100 Hz are 200 deg.
 
 **Thresholds.**
 
-- No MEMS gyro has a range beyond 4000 deg/s (ISM330DHCX; most end at 2000): what is above is none.
+- No MEMS gyro has a range above 4000 deg/s (ISM330DHCX; most end at 2000): higher rates are errors.
 - Within the range a sample is a spike if it is 8 times larger than both its neighbours from
-  1000 deg/s on, or 50 times from 300 deg/s on. A gyro's own low-pass filter, which ends below half
-  the rate, spreads whatever turns it over two samples at least. Samples of a fast motion or of a
-  clipped turn have neighbours of their size; a knock rings. At less than 50 Hz a real gesture fits
-  between two samples, so nothing is a spike there.
+  1000 deg/s on, or 50 times from 300 deg/s on. A gyro's own low-pass filter, below half the
+  sampling rate, spreads any motion over at least two samples. Samples of a fast motion or of a
+  clipped rotation have neighbours of their size; a knock rings. Below 50 Hz a real motion fits
+  between two samples, so no sample counts as a spike.
 
-A spike of less than 300 deg/s may be a knock on a sensor at rest, and stays.
+A spike below 300 deg/s may be a knock on a sensor at rest, and stays.
 """
 
 from __future__ import annotations
@@ -31,19 +30,19 @@ from zerorate.types import Booleans, Floats
 from zerorate.units import UNITS, convert
 
 GYRO_RANGE_DPS: Final = 4000.0
-"""Largest range that a MEMS gyro is sold with, deg/s."""
+"""Largest range of a MEMS gyro on the market, deg/s."""
 SPIKES: Final = ((math.radians(1000.0), 8.0), (math.radians(300.0), 50.0))
-"""Rates, rad/s, from which a sample so many times larger than both its neighbours is garbage."""
+"""Rates, rad/s, and the ratio to both neighbours from which a sample is corrupt."""
 _MAX_IMPOSSIBLE_SHARE: Final = 0.01
-"""Part of the samples above which they are not garbage: then the unit is another one."""
+"""Share of such samples above which the unit is wrong instead."""
 MIN_RATE_HZ: Final = 50.0
-"""Sampling rate below which a real gesture fits between two samples."""
+"""Sampling rate below which a real motion fits between two samples."""
 
 
 def find_impossible_rates(
     rate_rad_s: Floats, limit: float | None = None, rate: float | None = None
 ) -> Booleans:
-    """Return the mask of samples that no gyro measured, shape (n,).
+    """Return the mask of impossible samples, shape (n,).
 
     Parameters
     ----------
@@ -52,7 +51,7 @@ def find_impossible_rates(
     limit
         Range of the gyro, rad/s: a sample beyond it in any axis is impossible. Default 4000 deg/s.
     rate
-        Samples a second, Hz. Below 50 Hz single samples are left alone; None is above.
+        Samples per second, Hz. Below 50 Hz single samples are left alone; None is above.
 
     Examples
     --------
@@ -81,7 +80,7 @@ def _resolve_limit(limit: float | None) -> float:
 
 
 def mask_impossible_rates(recording: Recording, gyro: str) -> tuple[Recording, tuple[str, ...]]:
-    """Mark the samples of a gyro missing that no gyro measured.
+    """Mark impossible samples of a gyro as missing.
 
     Parameters
     ----------
@@ -93,14 +92,14 @@ def mask_impossible_rates(recording: Recording, gyro: str) -> tuple[Recording, t
     Returns
     -------
     tuple
-        The recording, the same where all samples are possible, and an alarm.
+        The recording, unchanged if all samples are possible, and an alarm.
     """
     log = recording.get(gyro)
     if log is None or log.unit not in UNITS or UNITS[log.unit].kind != "rate":
         return recording, ()
     mask = find_impossible_rates(convert(log.data, log.unit, "rad/s"), rate=log.rate)
     count = int(mask.sum())
-    # So many are no garbage, but another unit.
+    # So many corrupt samples mean another unit.
     if not count or count > max(_MAX_IMPOSSIBLE_SHARE * log.n, 1.0):
         return recording, ()
     largest = math.degrees(float(np.nanmax(np.abs(convert(log.data[mask], log.unit, "rad/s")))))
@@ -115,22 +114,22 @@ def mask_impossible_rates(recording: Recording, gyro: str) -> tuple[Recording, t
 class ImpossibleRateDetector:
     """Detects impossible samples one by one, as `find_impossible_rates` does for a batch.
 
-    A sample beyond the range is left out at once. One that may be a spike counts as one until the
-    next has come, and `revised` says then if it was motion.
+    A sample beyond the range is excluded at once. A possible spike is excluded until the next
+    sample arrives; `revised` is then True if it was motion.
 
     Parameters
     ----------
     limit, rate
-        As of `find_impossible_rates`.
+        As in `find_impossible_rates`.
     scale
-        What the rates are times to be in rad/s.
+        Factor of the rates into rad/s.
 
     Attributes
     ----------
     beyond_count, spike_count : int
         Samples left out.
     revised : bool
-        After `take`: True if the sample before counted as a spike, and was none.
+        After `take`: True if the previous sample was excluded as a spike but was motion.
 
     Examples
     --------
@@ -160,7 +159,7 @@ class ImpossibleRateDetector:
         return self._suspect is not None
 
     def take(self, rates: Sequence[float]) -> bool:
-        """Return True if a sample is to be left out; its first three numbers are the rates."""
+        """Return True if a sample must be excluded; its first three numbers are the rates."""
         usual = self._usual
         if (
             self._suspect is None
@@ -178,7 +177,7 @@ class ImpossibleRateDetector:
         self.spike_count -= self.revised
         beyond = size > self._limit
         spike = not beyond and self._spikes and _is_spike(size, self._size(self._last))
-        # A sample that is left out has no information on the next.
+        # An excluded sample has no information on the next.
         self._last = [math.nan] * 3 if beyond else rates
         self._suspect = size if spike else None
         self.beyond_count += beyond
@@ -194,19 +193,19 @@ class ImpossibleRateDetector:
         range_ = f"{math.degrees(self._limit):.6g} deg/s"
         for count, what in (
             (self.beyond_count, f"beyond the gyro's range of {range_}"),
-            (self.spike_count, "alone between far smaller ones"),
+            (self.spike_count, "far larger than both neighbours"),
         ):
             if count:
                 yield f"rates left out as impossible: {count} {what}"
 
     def state(self) -> dict[str, Any]:
-        """Return all that it knows, as JSON keeps it."""
+        """Return the state, as JSON stores it."""
         return dict(vars(self))
 
     def go_on(self, state: Mapping[str, Any]) -> None:
-        """Go on from a state; ValueError if it is of another check."""
+        """Restore a state; ValueError if it belongs to another check."""
         if state.keys() != vars(self).keys() or state["_limit"] != self._limit:
-            raise ValueError("the state is that of another check")
+            raise ValueError("the state belongs to another check")
         vars(self).update(state)
 
 

@@ -1,7 +1,7 @@
-"""The preparation of a recording: contradictions are reported, and certain ones corrected.
+"""Preparation of a recording: contradictions are reported, certain ones corrected.
 
-Every task begins here, so that all of them take a recording for the same. The steps stand in one
-table, `PREPARATIONS`, with evidence, threshold, default and the option that changes it.
+Every task begins here, so that all tasks use the same data. The table `PREPARATIONS` has the steps,
+each with evidence, threshold, default and the option that changes it.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ Clipped: TypeAlias = Literal["auto", "restore", "leave"]
 
 
 class Remark(NamedTuple):
-    """A sentence of one check.
+    """Sentence of one check.
 
     Attributes
     ----------
     check : str
         Name of its row in `PREPARATIONS`.
     text : str
-        What is seen, or what was done about it.
+        Observation, or the correction made.
     alarm : bool
-        It contradicts the recording; else it is a note.
+        True for a contradiction, False for a note.
     """
 
     check: str
@@ -57,11 +57,11 @@ class PreparedRecording:
     Attributes
     ----------
     recording : Recording
-        With everything mended that could be; its notes say what was done.
+        The corrected recording; its notes list the corrections.
     remarks : tuple of Remark
-        What each check says, in the order of the table.
+        Remarks of the checks, in the order of the table.
     gyro_fix : Finding or None
-        Unit and axes of the gyro that were put right: what else is read of it needs the same.
+        Correction of the gyro's unit and axes; other data of this gyro need the same.
     """
 
     recording: Recording
@@ -70,11 +70,11 @@ class PreparedRecording:
 
     @property
     def alarms(self) -> tuple[str, ...]:
-        """Contradictions in the recording, a sentence each, with the option to type against it."""
+        """Contradictions in the recording, one sentence each, with the option that corrects it."""
         return self.alarms_except()
 
     def alarms_except(self, *checks: str) -> tuple[str, ...]:
-        """Return the alarms of all checks but some."""
+        """Return the alarms of all checks except those named."""
         source = self.recording.source
         return tuple(
             make_sentence(f"{source}: ", remark.text)
@@ -85,7 +85,7 @@ class PreparedRecording:
 
 @dataclass(frozen=True)
 class Choices:
-    """Choices of a task, or of its user, in the preparation.
+    """Choices of a task or its user for the preparation.
 
     Attributes
     ----------
@@ -94,18 +94,18 @@ class Choices:
     accel : str, optional
         Name of the accelerometer; default that of the gyro's device.
     fix : bool
-        Put right a unit or axes of the gyro that the motion contradicts.
+        Correct a unit or axes of the gyro that the motion contradicts.
     clipped : {"auto", "restore", "leave", "tell"}
-        What becomes of clipped rates. "tell": an alarm, for tasks that take rates as measured.
+        Treatment of clipped rates. "tell": an alarm, for tasks that use rates as measured.
     gravity : bool
-        The task cannot do without gravity: raise where it is absent.
+        The task needs gravity: raise an error if it is absent.
     bias_limit : float, optional
-        Largest bias that such a gyro has, rad/s, where the user states it: a steady rate up to that
-        is no contradiction.
+        Largest bias of this gyro, rad/s, if the user states it: a steady rate up to it is no
+        contradiction.
     correct : callable, optional
-        What takes known errors off a recording, such as `zerorate.Calibration.apply`.
+        Function that removes known errors from a recording, such as `zerorate.Calibration.apply`.
     skip : tuple of str
-        Names of steps that the task takes itself.
+        Names of steps that the task makes itself.
     """
 
     gyro: str = "gyro"
@@ -129,7 +129,7 @@ class Choices:
 class Step(NamedTuple):
     """Result of a step: the recording, alarms, and notes on the changes.
 
-    `gyro_fix` is what was put right of the gyro.
+    `gyro_fix` is the correction of the gyro.
     """
 
     recording: Recording
@@ -148,11 +148,11 @@ class Preparation(NamedTuple):
     evidence, threshold : str
         Evidence and threshold, with the reason.
     default, option : str
-        What is done, and the argument that changes it.
+        Default action, and the argument that changes it.
     step : callable or None
-        What takes it; None for a check of fixes, which `prepare_fixes` takes.
+        Function of the step; None for a check of fixes, which `prepare_fixes` makes.
     used_by : str
-        Which tasks take it.
+        Tasks that make the step.
     """
 
     name: str
@@ -165,19 +165,19 @@ class Preparation(NamedTuple):
 
 
 def prepare(recording: Recording, choices: Choices | None = None) -> PreparedRecording:
-    """Make a recording ready for a task.
+    """Prepare a recording for a task.
 
     Parameters
     ----------
     recording : Recording
         As it was read.
     choices : Choices, optional
-        What the task needs and its user wants.
+        Choices of the task and its user.
 
     Returns
     -------
     Prepared
-        The recording, and what contradicts it.
+        The recording and its contradictions.
 
     Raises
     ------
@@ -192,7 +192,7 @@ def prepare(recording: Recording, choices: Choices | None = None) -> PreparedRec
     >>> wrong = zr.Log(**{**vars(recording.gyro), "data": recording.gyro.data * [1, -1, 1]})
     >>> made = prepare(zr.Recording({**recording, "gyro": wrong}, "hand.csv"), Choices(fix=True))
     >>> made.alarms
-    ("hand.csv: the gyro's y axis has the sign other than the accelerometer's: put right, by fix",)
+    ("hand.csv: the gyro's y axis has the opposite sign to the accelerometer's: corrected by fix",)
     """
     selected = choices or Choices()
     remarks: list[Remark] = []
@@ -211,7 +211,7 @@ def prepare(recording: Recording, choices: Choices | None = None) -> PreparedRec
 
 
 def prepare_fixes(fixes: Fixes) -> Fixes:
-    """Return the fixes that are new and not wrong alone, with notes on the others."""
+    """Return the fixes without repeated and isolated wrong ones, and notes on those."""
     return drop_spikes(drop_held_fixes(fixes)[0])
 
 
@@ -250,7 +250,7 @@ def check_axes(
     recording: Recording, gyro: str, accel: str | None = None, *, scale: bool = True
 ) -> Checks:
     """Return the result of `zerorate.check`: units and axes, by motion."""
-    # Rates that are clipped, and what replaces them, fit other axes better than their own.
+    # Clipped rates, restored or not, may fit wrong axes better than the correct ones.
     whole, sides = restore_recording(recording, gyro=gyro, certain=False)
     if sides:
         rates = recording[gyro]
@@ -261,9 +261,9 @@ def check_axes(
 
 
 def find_steady_rate(recording: Recording, gyro: str, accel: str) -> SteadyRate | None:
-    """Return a steady rate of a gyro without any motion, None without one.
+    """Return a gyro's steady rate without motion, None if there is none.
 
-    It takes the place of what is said of the gyro's unit and axes, which only motion shows.
+    This finding replaces that on unit and axes, which only motion shows.
     """
     rates, forces = recording.get(gyro), recording.get(accel)
     return None if rates is None or forces is None else detect_steady_rate(rates, forces)
@@ -284,8 +284,8 @@ def _contradictions(checks: Checks, choices: Choices, steady: SteadyRate | None)
 def _fix_advice(finding: Finding, fix: bool) -> tuple[str | Argument, ...]:
     option = keyword_argument("fix", "", "fix" if fix else "fix=True")
     if finding.exact:
-        return (": put right, by ", option) if fix else (": ", option, " puts it right")
-    return (": ", option, " changes nothing, for it is not known which is right") if fix else ()
+        return (": corrected by ", option) if fix else (": ", option, " corrects it")
+    return (": ", option, " changes nothing, because several corrections fit") if fix else ()
 
 
 def _mask_frozen(recording: Recording, choices: Choices) -> Step:
@@ -337,106 +337,107 @@ GRAVITY: Final = "gravity absent"
 FROZEN: Final = "frozen magnetometer"
 AXES: Final = "units and axes"
 CLIPPED: Final = "clipped rates"
-"""Names of checks that a task may take itself, or says in its own way."""
+"""Names of checks that a task makes or reports itself."""
 
 AS_MEASURED_CHOICES: Final = Choices(clipped="tell", skip=(GRAVITY,))
-"""Choices of the tasks on noise and bias: clipped rates as they were, no use for gravity."""
+"""Choices of the tasks on noise and bias: clipped rates stay, gravity is not needed."""
 
 FILTER_CHOICES: Final = replace(AS_MEASURED_CHOICES, skip=(GRAVITY, IMPOSSIBLE))
-"""Choices of the tasks by a drift filter, which tests every rate itself, as live."""
+"""Choices of the tasks with a drift filter, which tests every rate itself, as in live use."""
 
 PREPARATIONS: Final = (
     Preparation(
         ABSENT,
-        "one value in every sample of all axes, while another sensor of the kind measures",
-        "100 samples: fewer may repeat by chance",
-        "the sensor is left out, and a note says so",
+        "one value in every sample of all axes, while another sensor of the same kind measures",
+        "100 samples: fewer may be equal by chance",
+        "the sensor is excluded, with a note",
         "",
         _drop_absent,
     ),
     Preparation(
         DEAD,
         "one value in every sample of an axis, while the others change",
-        "100 samples: fewer may repeat by chance",
+        "100 samples: fewer may be equal by chance",
         "an alarm",
         "columns",
         _report_dead_axes,
     ),
     Preparation(
         GRAVITY,
-        "the mean force of windows of 0.25 s: the smallest twentieth, against the largest tenth; "
-        "of violent motion, that of windows of 0.1 s where the gyro turns least",
-        "below 0.25 g and a quarter of the largest tenth: with gravity 0.35 on a runner's foot",
-        "gravity columns are added, if there are any; else tasks that need gravity refuse",
+        "mean force in windows of 0.25 s: the smallest twentieth over the largest tenth; in "
+        "violent motion, windows of 0.1 s with the least rotation",
+        "less than 0.25 g, and less than a quarter of the largest tenth; with gravity the ratio "
+        "is 0.35 even on a runner's foot",
+        "gravity columns are added if present; otherwise tasks that need gravity raise an error",
         "columns",
         _restore_gravity,
-        "all tasks but replay, allan and identify, which have no use for gravity",
+        "all tasks except replay, allan and identify, which do not use gravity",
     ),
     Preparation(
         "known errors",
         "a calibration",
         "",
-        "taken off",
+        "removed from the samples",
         "calibration",
         _apply_correction,
-        "tasks that take a calibration",
+        "tasks with a calibration",
     ),
     Preparation(
         FROZEN,
         "one value in consecutive samples while the gyro turns",
-        "3 s and 5 deg: no other magnetometer repeats itself for so long",
-        "the samples are missing, and an alarm says so",
+        "3 s and 5 deg of rotation: a working magnetometer changes",
+        "the samples count as missing, with an alarm",
         "columns",
         _mask_frozen,
     ),
     Preparation(
         AXES,
-        "which of three units and 48 axes keep gravity and field constant through the motion",
-        "`zerorate.check` has them",
+        "units (3) and axes (48) with which gravity and field stay constant during motion",
+        "see `zerorate.check`",
         "an alarm; a steady rate without motion is reported as a bias",
         "fix",
         _fix_axes,
     ),
     Preparation(
         IMPOSSIBLE,
-        "rates beyond what gyros measure, and single samples far beyond both their neighbours",
-        "4000 deg/s, the largest range sold; alone and 8 times both neighbours from 1000 deg/s "
-        "on, 50 times from 300 deg/s on: a gyro's low-pass filter spreads motion over two samples",
-        "the samples are missing, and an alarm says how many",
+        "rates above any gyro's range, and single samples far larger than both neighbours",
+        "4000 deg/s, the largest range sold; 8 times both neighbours from 1000 deg/s on, 50 times "
+        "from 300 deg/s on, since a gyro's low-pass filter spreads motion over two samples",
+        "the samples count as missing; an alarm has their number",
         "columns",
         _mask_impossible,
-        "all tasks but replay, whose filter tests every rate itself, as live",
+        "all tasks except replay, whose filter tests every rate itself, as in live use",
     ),
     Preparation(
         CLIPPED,
-        "samples at the largest value of an axis, and the flanks next to them",
-        "`zerorate.checks.restore_recording` has them",
-        "restored where nothing else explains them; replay, allan, identify and compare take rates "
-        "as measured, and an alarm says so",
+        "samples at the largest value of an axis, and the flanks of the peak",
+        "see `zerorate.checks.restore_recording`",
+        "restored if nothing else explains them; replay, allan, identify and compare use rates as "
+        "measured and raise an alarm",
         "clipped",
         _restore_clipped,
-        "all tasks but calibrate, which leaves out turns at the end of the range; correct; and "
-        "report, which says where",
+        "all tasks except correct; calibrate, which excludes rotations at the range; and report, "
+        "which lists them",
     ),
     Preparation(
         "held fixes",
         "positions and velocities that repeat those of the fix before",
-        "a median of 2 rows a fix: a receiver's own record repeats itself at rest alone; or half "
-        "of the usual interval, for a fix that was sent twice",
-        "left out, and a note says how many",
+        "a median of 2 rows for each fix (a receiver's own record repeats fixes only at rest), or "
+        "a repetition within half the usual interval",
+        "excluded, with their number in a note",
         "",
         None,
         "navigate, report",
     ),
     Preparation(
         "wrong positions",
-        "positions that stand alone, off the line between the fixes before and after",
-        "six standard deviations, and eight medians of what motion causes; of a receiver without "
-        "velocities, for with them the filter's gate rejects it",
-        "left out, and a note says how many",
+        "isolated positions off the line between the fixes before and after",
+        "six standard deviations and eight medians of the distance that motion causes; only for "
+        "receivers without velocities, since with velocities the filter rejects such fixes",
+        "excluded, with their number in a note",
         "",
         None,
         "navigate, report",
     ),
 )
-"""The steps in their order: each checks the recording as corrected by those before it."""
+"""The steps in order: each checks the recording as corrected by the earlier steps."""

@@ -1,4 +1,4 @@
-"""Result of a check: as data, as sentences, and as the corrected recording."""
+"""Result of a check: data, sentences, and the corrected recording."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _VERSION: Final = 1
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """Finding on the unit and the axes of one sensor, by motion.
+    """Finding on the unit and the axes of one sensor, from motion.
 
     Parameters
     ----------
@@ -43,8 +43,8 @@ class Finding:
         The axes that fit, ``matrix @ sample``, a signed permutation; None unless a single one
         remains.
     likely : str
-        That permutation, or the one of the fewest mistakes, as it is typed: ``"x,-y,z"``. Empty if
-        none is named.
+        The permutation that fits with the fewest mistakes, as a user types it: ``"x,-y,z"``. Empty
+        if none is named.
     alternatives : tuple of str
         All remaining permutations, unless all remain.
     seen : tuple of (str or None)
@@ -79,7 +79,7 @@ class Finding:
 
     @property
     def alarm(self) -> bool:
-        """True if the sensor contradicts its log beyond doubt."""
+        """True if the sensor certainly contradicts its log."""
         return self.status in _ALARM_STATUSES
 
     @property
@@ -88,13 +88,13 @@ class Finding:
         return self.alarm and (self.matrix is not None or self.status == "unit only")
 
     def apply(self, log: Log) -> Log:
-        """Return a log put right, with a note that says so; itself unless that is known."""
+        """Return the corrected log, with a note; the log itself if the correction is not known."""
         if not self.exact:
             return log
         data = log.data * self.factor
         changes = []
         if self.unit != log.unit:
-            changes.append(f"taken to be in {self.unit}")
+            changes.append(f"read as {self.unit}")
         if self.factor != 1.0:
             changes.append(f"multiplied by {self.factor:.6g}")
         if self.matrix is not None and not np.array_equal(self.matrix, np.eye(3)):
@@ -112,7 +112,8 @@ class Checks(Result):
     Parameters
     ----------
     gyro, magnetometer : Finding
-        Findings against the accelerometer, and against the gyro.
+        Finding on the gyro compared with the accelerometer, and on the magnetometer compared with
+        the gyro.
     scale : tuple of Coefficient
         Scale of x, y and z of the gyro: 1.01 if it reads 1 % too little; not identifiable if the
         motion does not determine it to 3 %, or the gyro does not fit.
@@ -120,9 +121,8 @@ class Checks(Result):
         Delay of the gyro behind the accelerometer, s; not identifiable if the motion does not
         determine it to 15 ms.
     dip : float or None
-        Angle of the magnetic field below the level, rad; None without a magnetometer. If it is
-        negative the recording is from south of the magnetic equator, or a sign is wrong: motion
-        cannot decide.
+        Angle of the magnetic field below the level, rad; None without a magnetometer. A negative
+        dip is one south of the magnetic equator, or a wrong sign: motion cannot decide.
     source : str
         Name of the recording.
     notes : tuple of str
@@ -149,15 +149,15 @@ class Checks(Result):
 
     @property
     def alarms(self) -> tuple[str, ...]:
-        """Errors beyond doubt, a sentence each."""
+        """Certain errors, one sentence each."""
         texts = (finding.text for finding in (self.gyro, self.magnetometer) if finding.alarm)
         return (*texts, *filter(None, (self.clock,)))
 
     def apply(self, recording: Recording) -> Recording:
-        """Return the recording with its mistaken unit and axes put right, where that is exact.
+        """Return the recording with the gyro's unit and axes corrected, if the correction is known.
 
-        A note of the gyro's log says so. The magnetometer is left as it is: no motion shows its
-        overall sign.
+        The gyro's log gets a note. The magnetometer stays unchanged: no motion shows its overall
+        sign.
         """
         if not self.gyro.exact:
             return recording

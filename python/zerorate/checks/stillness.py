@@ -16,27 +16,27 @@ _MIN_RATE_RAD_S: Final = math.radians(10.0)
 """Largest rate that filters accept as a bias."""
 _MAX_RATE_CHANGE_RAD_S: Final = math.radians(1.0)
 _MAX_FORCE_CHANGE_M_S2: Final = 0.15
-"""Change of the mean force of a second, m/s^2, of a body that does not tilt by a degree."""
+"""Largest change of the mean force of a second, m/s^2, for a tilt below a degree."""
 _MIN_SECONDS: Final = 5
 
 
 class SteadyRate(NamedTuple):
-    """A rate that nothing but the gyro shows: its size, rad/s, and a sentence on it."""
+    """A rate that only the gyro shows: its size, rad/s, and a sentence."""
 
     size: float
     text: str
 
 
 def detect_steady_rate(gyro: Log, accel: Log) -> SteadyRate | None:
-    """Return a rate beyond 10 deg/s that nothing but the gyro shows; None without one.
+    """Return a rate above 10 deg/s that only the gyro shows; None without one.
 
-    Either it is a bias, or the body turns about the vertical, which no accelerometer shows. It says
-    nothing on units: those are checked by motion.
+    It is a bias, or a rotation about the vertical, which no accelerometer shows. Units are not
+    tested here: they are checked from motion.
 
     Parameters
     ----------
     gyro, accel : Log
-        Of three axes and of known units; else None.
+        Sensors of three axes in known units; else the result is None.
     """
     rates, forces = (
         _second_means(gyro, "rate", "rad/s"),
@@ -53,7 +53,7 @@ def detect_steady_rate(gyro: Log, accel: Log) -> SteadyRate | None:
     text = make_sentence(
         f"{', '.join(gyro.names)}: {math.degrees(size):.1f} deg/s throughout, while the "
         f"accelerometer shows no motion: {_cause(rate, forces)}",
-        "; for a bias give ",
+        "; for a bias, give ",
         bias_limit_advice(size),
     )
     return SteadyRate(size, text)
@@ -67,7 +67,7 @@ def _cause(rate: Floats, forces: Floats) -> str:
 
 
 def bias_limit_advice(size: float) -> Argument:
-    """Return the argument that states that a rate of this size, rad/s, is a bias."""
+    """Return the argument that declares a rate of this size, rad/s, a bias."""
     limit = math.ceil(math.degrees(size) * 1.2 / 5.0) * 5
     return keyword_argument("bias_limit", str(limit), f"bias_limit=math.radians({limit})")
 

@@ -1,6 +1,6 @@
-"""The command line: exit 0, 1 for data, 2 for usage, 70 for its own fault, 128 + n by signal n.
+"""The command line; exit codes: 0, 1 data, 2 usage, 70 a fault of zerorate, 128 + n signal n.
 
-A fault is one line on stderr; the variable ZERORATE_TRACEBACK adds where it was raised.
+A fault is one line on stderr; the variable ZERORATE_TRACEBACK adds the traceback.
 """
 
 import os
@@ -26,11 +26,11 @@ def main() -> None:
     try:
         _flush()
     except OSError:
-        # It was reported already; the interpreter's end would try again.
+        # The fault was reported already; at exit the interpreter would report it again.
         drop_stdout()
     if code > _SIGNAL_CODE:
-        # At once: a library's thread may be inside native code still, where the interpreter's own
-        # end would fail. Files are whole or gone by now.
+        # Exit at once: with a library's thread in native code, the interpreter's own exit would
+        # fail. All files are complete or removed by now.
         os._exit(code)
     sys.exit(code)
 
@@ -41,14 +41,13 @@ def run(arguments: Sequence[str]) -> int:
     Parameters
     ----------
     arguments : sequence of str
-        What stands after ``zerorate``.
+        Words after ``zerorate``.
 
     Returns
     -------
     int
-        0, 1 for a fault of the data, 2 for one of usage, 70 for one of zerorate, and as a shell
-        has it 128 plus the number of the signal that ended the command. A fault is one
-        line on stderr.
+        0; 1 for a fault of the data, 2 of usage, 70 of zerorate; 128 plus the signal's number, as
+        in a shell, for a command that a signal ended. A fault is one line on stderr.
     """
     from zerorate.cli.app import invoke
     from zerorate.tasks.interrupts import TerminationHandler
@@ -62,7 +61,8 @@ def run(arguments: Sequence[str]) -> int:
             return ended.code if isinstance(ended.code, int) else _OWN_FAULT
         # A panic of the native code is no Exception.
         except BaseException as error:
-            # Python 3.11 wraps an interrupt while a class is made, as of an import.
+            # Python 3.11 wraps an interrupt during the creation of a class, for example in an
+            # import.
             if isinstance(error, KeyboardInterrupt) or isinstance(
                 error.__cause__, KeyboardInterrupt
             ):
@@ -89,7 +89,7 @@ def _exit_code(error: BaseException) -> int:
 
 
 def _flush() -> None:
-    # None is what a closed descriptor becomes.
+    # A closed descriptor is None.
     if sys.stdout is not None:
         sys.stdout.flush()
 
@@ -102,7 +102,7 @@ def _interrupted(number: int) -> int:
 
 
 def _of_the_system(error: OSError) -> int:
-    """Return the exit code of a file that fails; one without a name is stdout."""
+    """Return the exit code for a failing file; a file without a name is stdout."""
     if error.filename is not None:
         from zerorate.cli.errors import of_a_file
 

@@ -68,7 +68,7 @@ _READING: Final = ReadingOptions(
 
 
 def _parse_taus(flag: str, text: str) -> TauGrid | list[float]:
-    """Return the name of a grid, or the seconds of a list with commas."""
+    """Return the name of a grid, or a list of seconds."""
     if text in get_args(TauGrid):
         return cast(TauGrid, text)
     try:
@@ -101,7 +101,7 @@ class _Analysis:
     bridge: int = option(0, "Longest gap to fill with a straight line, samples.")
     confidence: float = option(0.683, "Probability of the bounds, 0 to 1.")
     markov: int = option(0, "Number of Gauss-Markov terms in the model.")
-    second_opinion: bool = option(True, "Do not estimate the noise from the spectrum, too.")
+    second_opinion: bool = option(True, "Do not also estimate the noise from the spectrum.")
 
     fix: Fix = False
 
@@ -114,15 +114,15 @@ class _Exports:
 
     export: str | None = option(
         None,
-        "Files for estimators, of the worst axis: some of kalibr,vins,orbslam3,px4,ros "
+        "Files for estimators, by the worst axis: some of kalibr,vins,orbslam3,px4,ros "
         "(covariances of sensor_msgs/Imu); json has the models of all axes.",
         metavar="NAMES",
     )
     inflate: float = option(
-        1.0, "Factor on the numbers of the exports: 10, say, for a vehicle's noise."
+        1.0, "Factor on the exported numbers, e.g. 10 for a vehicle's vibration."
     )
     per_sample: bool = option(
-        False, "For vins: deviations per sample, as its arithmetic takes them, not densities."
+        False, "For vins: standard deviations per sample, as its code expects, not densities."
     )
 
     bounds: bool = option(
@@ -131,7 +131,7 @@ class _Exports:
     doubtful: Doubtful = False
 
     def names(self) -> list[str]:
-        """Return the names of the exports; ValueError for options that none of them uses."""
+        """Return the names of the exports; ValueError for options that none uses."""
         return parse_exports(self.export or (), self.inflate, self.per_sample)
 
 
@@ -172,7 +172,7 @@ class _Written:
 
 def allan(
     *,
-    logs: Annotated[list[Path], Argument(f"{RECORDING} Several are drawn over each other.")],
+    logs: Annotated[list[Path], Argument(f"{RECORDING} Several logs share one figure.")],
     reading: Annotated[Reading, _READING],
     analysis: _Analysis,
     exports: _Exports,
@@ -218,7 +218,7 @@ def _unique(title: str, taken: Mapping[str, object]) -> str:
 
 
 def _left_out(result: Characterised, exports: Sequence[str], bounds: bool) -> str:
-    """Return the numbers that the log does not determine: after the notes, or a paragraph."""
+    """Return the numbers that the log does not determine, as a note or a paragraph."""
     left_out = describe_missing_numbers(result, exports, bounds)
     if not left_out:
         return ""

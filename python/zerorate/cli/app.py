@@ -1,4 +1,4 @@
-"""The commands of the program: the help on each, and its call."""
+"""Commands of the program, their help and their calls."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -25,7 +25,7 @@ class Command:
     examples : sequence of str
         Lines to type.
     usual : str
-        Options that a short help lists, with blanks between; all if empty.
+        Options in the short help, separated by blanks; all if empty.
     renamed : mapping of str to str
         Arguments of the package that have another name as options.
     """
@@ -69,7 +69,7 @@ COMMANDS: Final = {
         usual="-o --unit --columns --rate --start --stop --deviation --export --no-figure --force",
     ),
     "stream": Command(
-        "Remove the bias live: a line of samples in, the compensated rate out.",
+        "Remove the bias live: answer each line of samples with the compensated rate.",
         (
             "cat /dev/ttyUSB0 | zerorate stream --rate 200 --unit deg/s",
             "cat lines.csv | zerorate stream --rate 200 --attitude --unit deg/s,g",
@@ -78,7 +78,7 @@ COMMANDS: Final = {
         usual="--unit --columns --rate --device --range --with --attitude --sequence --from "
         "--form --checkpoint",
         renamed={
-            "beside": "--with",
+            "extra": "--with",
             "data_scale": "--scale",
             "gyro_scale": "--scale",
             "accel_scale": "--scale",
@@ -96,7 +96,7 @@ COMMANDS: Final = {
         usual="-o --command --unit --columns --rate --calibration --method --workers --force",
     ),
     "compare": Command(
-        "Compare filters on your logs, by what their errors cost.",
+        "Compare filters on your logs by the errors of their angles.",
         (
             "zerorate compare imu.csv --unit deg/s --methods auto,kf,ema",
             "zerorate compare --simulated --methods auto,kf,mine=my.py:bias",
@@ -110,7 +110,7 @@ COMMANDS: Final = {
         usual="-o --unit --columns --rate --start --stop --order --criterion --no-figure --force",
     ),
     "calibrate": Command(
-        "Calibrate an IMU from a log of hand turns: scale, misalignment, bias, with errors.",
+        "Calibrate an IMU from rotations by hand: scale, misalignment, bias, with errors.",
         (
             "zerorate calibrate turns.csv --unit deg/s,g --export kalibr -o out",
             "zerorate calibrate imu.csv --apply turns-zerorate-calibration.json -o out",
@@ -159,7 +159,7 @@ COMMANDS: Final = {
         ),
     ),
 }
-"""In the order in which a new user needs them."""
+"""Commands in the order in which a new user needs them."""
 
 _ABOUT: Final = (
     "Removes the bias of MEMS gyros, live or from a log, measures their noise, calibrates them; "
@@ -185,7 +185,7 @@ def invoke(arguments: list[str]) -> int:
         name, *words = arguments
         if name not in COMMANDS:
             return _without_command(arguments)
-        # Each command imports what it works with: all of them take longer than many a log.
+        # Each command imports only its own modules: importing all takes longer than many logs.
         taker, command = taker_of(name), COMMANDS[name]
         if help.is_wanted(words):
             everything = help.ALL in words

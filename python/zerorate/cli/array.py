@@ -15,7 +15,7 @@ _PANEL: Final = "Several gyros of one body"
 _FIND: Final = "find"
 _WEIGHTS: Final = ("auto", "mean", "white")
 _LIMITS: Final = ("limit", "rest_limit", "bias_limit")
-"""Options of the filter that an array has, too, apart from its method."""
+"""Options of the filter that also apply to an array, apart from its method."""
 
 
 def _fusion_flag(name: str) -> str:
@@ -28,7 +28,7 @@ FusionOptions: TypeAlias = Annotated[
         {name: ARRAY_OPTIONS[name] for name in ("method", "scale_error")}, _PANEL, _fusion_flag
     ),
 ]
-"""The options of an array that the filter lacks."""
+"""Options of an array that the filter lacks."""
 
 
 def _parse_weights(flag: str, text: str) -> str | list[float]:
@@ -50,14 +50,14 @@ class OfArray:
 
     array: bool = option(
         False,
-        "Fuse all gyros of the log, which share one body. Of --columns three in a row are a "
-        "sensor if they are named x, y, z.",
+        "Fuse all gyros of the log, on one body. In --columns, three consecutive columns named x, "
+        "y, z are a sensor.",
     )
     rotations: str | None = option(
         None,
-        "Rotations of the sensors (JSON); or find them. 'find' estimates them from the log's "
-        "motion and writes them; the file may hold positions for accelerometers. Default: all "
-        "sensors are aligned.",
+        "Rotations of the sensors (JSON file), or find. 'find' estimates them from the log's "
+        "motion and writes the file, which may also have positions of accelerometers. Default: "
+        "all sensors are aligned.",
         metavar="FILE",
     )
     weights: str | Sequence[float] | None = option(
@@ -70,7 +70,7 @@ class OfArray:
 
     @property
     def finds(self) -> bool:
-        """True if rotations are to be found."""
+        """True if rotations are to be estimated."""
         return self.rotations == _FIND
 
     @property
@@ -81,7 +81,7 @@ class OfArray:
     def arguments(
         self, fusion: Mapping[str, Any], options: Mapping[str, Any]
     ) -> dict[str, Any] | None:
-        """Return those of `zerorate.replay_array`; None, or a usage fault, where none is made."""
+        """Return the arguments of `zerorate.replay_array`; None without --array."""
         if self.array:
             limits = {name: options[name] for name in _LIMITS if name in options}
             weights = _WEIGHTS[0] if self.weights is None else self.weights

@@ -70,8 +70,8 @@ class _Filter:
     )
     bias_limit: float | None = option(
         None,
-        "Largest possible bias, deg/s. Default 10. A steadier rate beyond is a rotation, never a "
-        "rest.",
+        "Largest possible bias, deg/s. Default 10. A larger steady rate counts as rotation, never "
+        "as rest.",
         metavar="DEG/S",
         min=0.0,
         convert=partial(convert, from_unit="deg/s", to_unit="rad/s"),
@@ -93,9 +93,9 @@ class _Truth:
     )
     reference_heading: Literal["aligned", "absolute", "relative"] | None = option(
         None,
-        "Comparison of headings. aligned: rotated to fit best, usual for a file with its own "
-        "north; absolute: by the reference's north; relative: to the first sample, usual without "
-        "a magnetometer.",
+        "Comparison of headings. aligned: after the rotation that fits best, for a reference with "
+        "its own north; absolute: to the reference's north; relative: to the first sample, for "
+        "logs without a magnetometer.",
     )
     reference_offset: ReferenceOffset = 0.0
     reference_frame: Frame | None = option(None, "Earth axes of the reference; by default --frame.")
@@ -126,7 +126,7 @@ def attitude(
     tum: Tum = False,
     view: Annotated[
         bool,
-        Option("Write a page that shows the body in 3D, with a slider for the time.", panel=OUTPUT),
+        Option("Write a page with the body in 3D and a time slider.", panel=OUTPUT),
     ] = False,
 ) -> None:
     """Estimate the orientation of a body from gyro, accelerometer and, if present, magnetometer.

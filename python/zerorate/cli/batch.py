@@ -14,7 +14,7 @@ from zerorate.options import FILTER_OPTIONS
 from zerorate.tasks.batch import batch as run
 from zerorate.tasks.saving import LOG_FORMATS
 
-_WHERE: Final = "Where it runs"
+_WHERE: Final = "Where to compute"
 """A panel of help."""
 
 _READING: Final = ReadingOptions(
@@ -33,11 +33,12 @@ def batch(
     output: Annotated[Path, Option("Folder of the results.", "-o --output", metavar="FOLDER")],
     command: Annotated[
         Literal["replay", "allan", "report"],
-        Option("Filter (replay), measure noise (allan), or report."),
+        Option("Task for each log: replay (filter), allan (noise) or report."),
     ] = "replay",
     report: Annotated[bool, Option("Same as --command report, with an overview.html.")] = False,
     workers: Annotated[
-        int | None, Option("Number of processes. Default: one a core.", metavar="N", panel=_WHERE)
+        int | None,
+        Option("Number of processes. Default: one for each core.", metavar="N", panel=_WHERE),
     ] = None,
     local_cluster: Annotated[
         int | None, Option("Use N Dask workers on this machine.", metavar="N", panel=_WHERE)
@@ -62,9 +63,9 @@ def batch(
     no_accel: NoAccel = False,
     force: Annotated[bool, Option("Process finished logs again.")] = False,
 ) -> None:
-    """Filter many logs, find their noise, or report on them; finished logs are not redone."""
+    """Filter many logs, find their noise, or report on them; finished logs are skipped."""
     if report and command == "allan":
-        raise UsageFault("--report is --command report: leave --command allan out")
+        raise UsageFault("--report is --command report: omit --command allan")
     command = "report" if report else command
     if command != "replay":
         given = True if no_accel else None
@@ -88,7 +89,7 @@ def batch(
 
 
 def _check_unused(command: str, options: Mapping[str, Any], **others: object) -> None:
-    """Raise a usage fault for an option that only the filter has; a method may be the default."""
+    """Raise a usage fault for filter options with another task, except the default method."""
     usual = FILTER_OPTIONS["method"].default
     given = [flag(name) for name, value in options.items() if (name, value) != ("method", usual)]
     for option in [*given, *(flag(name) for name, value in others.items() if value is not None)]:

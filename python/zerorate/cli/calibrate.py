@@ -1,4 +1,4 @@
-"""``zerorate calibrate``: scale, misalignment and bias of an IMU from a log of hand turns."""
+"""``zerorate calibrate``: scale, misalignment and bias of an IMU from rotations by hand."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -81,7 +81,7 @@ def calibrate(
     export: Annotated[
         Sequence[str],
         Option(
-            "Files for kalibr,imu_tk,px4,ardupilot (any of them). The JSON is always written.",
+            "Files for other programs: any of kalibr,imu_tk,px4,ardupilot. JSON is always written.",
             panel=EXPORT_PANEL,
             parse=partial(parse_choices, choices=tuple(EXPORTS)),
         ),
@@ -106,7 +106,7 @@ def calibrate(
     force: Force = False,
     typed: Annotated[Typed, AsTyped()],
 ) -> None:
-    """Calibrate an IMU from one log of hand turns: rests in a dozen poses, and turns between them.
+    """Calibrate an IMU from a log of rests in a dozen poses and rotations by hand between them.
 
     Prints every number with its standard error, and the verdict on the calibration (exit 1 if it is
     not valid); writes JSON, a figure, and exports. With --apply, corrects a log instead; with
@@ -123,7 +123,7 @@ def calibrate(
         _correct(log, reading, gyro, accel, apply, output, format, force)
         return
     if format is not None:
-        raise UsageFault("--format is that of the corrected log: it acts with --apply")
+        raise UsageFault("--format is the format of the corrected log: give it with --apply")
     old = calibration_of(compare)
     panels = check_panels(figure, no_figure)
     suffixes = ["json", *(() if no_figure else FIGURE_FORMATS)]
@@ -189,12 +189,11 @@ def _moved(calibration: Calibration, old: Calibration | None) -> str:
     """Return the change of each parameter since an earlier calibration, if there is one."""
     if old is None:
         return ""
-    return (
-        f"\nCompared with the earlier one, which is first\n{compare_with_earlier(calibration, old)}"
-    )
+    change = compare_with_earlier(calibration, old)
+    return f"\nCompared with the earlier calibration (first column)\n{change}"
 
 
 def _unwritten(exports: Sequence[str]) -> str:
-    """Return the exports that are not written since the calibration is not valid."""
+    """Return a note on exports that are not written because the calibration is not valid."""
     names = ", ".join(export for export in exports if EXPORTS[export])
     return f": no export to {names}, unless with --doubtful" if names else ""

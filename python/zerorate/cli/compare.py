@@ -27,10 +27,10 @@ def _parse_attitude(flag: str, text: str) -> list[str]:
 
 @dataclass(frozen=True)
 class _Compared:
-    """Options of the subject of a comparison, named as arguments of `zerorate.compare`."""
+    """Options of a comparison, named as arguments of `zerorate.compare`."""
 
-    simulated: bool = option(False, "Add simulated gyros, whose best filter is known.")
-    reference: str | None = option(None, "Column of an encoder's angle or of a true rate.")
+    simulated: bool = option(False, "Add simulated gyros, whose optimal filter is known.")
+    reference: str | None = option(None, "Reference column: an encoder's angle or a true rate.")
     quaternion: Sequence[str] | None = option(
         None, "Columns w,x,y,z of the true orientation.", parse=parse_words
     )
@@ -51,8 +51,8 @@ class _Compared:
     )
     attitude: Sequence[str] = option(
         ATTITUDE_METHODS,
-        "Attitude filters, for logs with a true orientation. Those of other packages need their "
-        "installation; none: no table of them.",
+        "Attitude filters, for logs with a true orientation. Filters of other packages must be "
+        "installed; none: no such table.",
         metavar="NAMES",
         parse=_parse_attitude,
     )
@@ -67,8 +67,7 @@ class _Written:
 
     output: str | None = option(
         None,
-        "Folder for numbers (JSON) and figures. Or the name of one of them; without it nothing "
-        "is written.",
+        "Folder for numbers (JSON) and figures, or a file's name. Without it nothing is written.",
         "-o --output",
         metavar="PATH",
     )
@@ -90,7 +89,7 @@ class _Written:
         return None
 
     def outputs(self, kinds: Iterable[str]) -> Outputs | None:
-        """Return the files of the tables that there are; None where nothing is written."""
+        """Return the files of the existing tables; None if nothing is written."""
         place, own = self.place(), () if self.json is None else (self.json,)
         if place is None:
             return Outputs(own[0], (), self.force) if own else None
@@ -108,10 +107,10 @@ def compare(
     per_axis: Annotated[bool, Option("Print a table of every axis.")] = False,
     written: _Written,
 ) -> None:
-    """Compare filters on logs by the cost of their errors, at rest and in motion."""
+    """Compare filters on logs by the errors of their angles, at rest and in motion."""
     if not logs and not compared.simulated:
         raise UsageFault("give at least one log, or --simulated")
-    # A method of one's own is looked for in the working folder, too.
+    # A user's own method may be in the working folder.
     if os.getcwd() not in sys.path:
         sys.path.insert(0, os.getcwd())
     possible = written.outputs(KINDS)

@@ -44,7 +44,7 @@ def demo(
 
 
 def _guide(result: Replay, outputs: Outputs) -> str:
-    """Return a guide to the files that were written, for a reader's first run."""
+    """Return a guide to the written files, for a first run."""
     assert result.error_at_end is not None
     error = float(np.abs(result.error_at_end).max())
     biases = np.abs([score.mean for score in result.scores if score.method == "raw"])
@@ -52,9 +52,9 @@ def _guide(result: Replay, outputs: Outputs) -> str:
         f"What you see: the simulated gyro has a bias of up to {max(biases):.2g} deg/s. The method "
         f"{result.method} is off by {error:.2g} deg/s at the end at most (the column 'error at the "
         "end'); 'true error' of the second table is RMS over the log.",
-        f"Look at {outputs.figures[0]}: raw samples on top, below the bias of each axis with its "
-        "uncertainty and the true bias, dashed.",
+        f"Look at {outputs.figures[0]}: raw samples on top, below them the bias of each axis with "
+        f"its uncertainty, and the true bias (dashed).",
         f"{outputs.log} is the filtered log: raw minus bias, and the bias in columns of its own.",
-        "Next: zerorate replay LOG does the same with a log of yours.",
+        "Next: zerorate replay LOG does the same with your own log.",
     )
     return "\n".join(map(wrap_prose, sentences))

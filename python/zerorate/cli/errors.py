@@ -39,7 +39,7 @@ def sentence(error: BaseException) -> str:
 def faults() -> Iterator[None]:
     """Turn errors of a task into faults: of the data, or of the command line.
 
-    What contradicts a recording, and may be the cause, is printed before.
+    Contradictions in the recording, a possible cause, are printed first.
     """
     try:
         yield
@@ -49,7 +49,7 @@ def faults() -> Iterator[None]:
     except FileExistsError as error:
         raise UsageFault(of_a_file(error)) from error
     except OSError as error:
-        # One of the system without a name is of stdout.
+        # An OSError without a file name comes from stdout.
         if error.filename is None and error.errno is not None:
             raise
         raise DataFault(of_a_file(error)) from error
@@ -58,7 +58,7 @@ def faults() -> Iterator[None]:
 
 
 def _log_errors() -> "tuple[type[LogError], ...]":
-    """Return the class of the errors of logs; none before anything has imported it with NumPy."""
+    """Return the class of errors of logs; empty before it was imported together with NumPy."""
     module = sys.modules.get("zerorate.record.log")
     return () if module is None else (module.LogError,)
 
@@ -71,7 +71,7 @@ def print_alarms(alarms: Sequence[str]) -> None:
 
 @contextmanager
 def as_usage() -> Iterator[None]:
-    """Turn errors of arguments, and of the place to write to, into usage faults."""
+    """Turn errors of arguments and of destinations into usage faults."""
     from zerorate.record import LogError
 
     try:

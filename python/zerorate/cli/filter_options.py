@@ -1,4 +1,4 @@
-"""Options of the filters as options of a command, made of the tables of the package."""
+"""Options of the filters as command options, from the package's tables."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ _NONE_WORDS: Final = {"adapt_for": "always", "rest_limit": "none", "bias_limit":
 """Word for None on the command line, where a number is the default."""
 
 _TAKEN: Final = {"order": "two numbers p,q: p from 1 to 3, q from 0 to 3"}
-"""Values of a kind of option that are typed otherwise than in Python."""
+"""Values that are typed differently than in Python, by kind of option."""
 
 _SHOWN: Final = {
     "order": "2,1; robust: 1,0",
@@ -26,15 +26,15 @@ _SHOWN: Final = {
 """Defaults that depend on the method or the unit, as help shows them."""
 
 _SWITCH: Final = {"on": True, "off": False}
-"""Words for True and False next to another word."""
+"""Words for True and False in options that also take another word."""
 
 _FLAGS: Final = {
-    # Where files are written, that is what --output means.
+    # In commands that write files --output is the destination.
     "output": "--output-kind",
-    # Where logs are read, --scale multiplies their values.
+    # In commands that read logs --scale multiplies their values.
     "scale": "--noise-scale",
 }
-"""Options of the drift filter that are called otherwise than in Python."""
+"""Options of the drift filter with another name than in Python."""
 
 
 def own_flag(name: str) -> str:
@@ -48,28 +48,28 @@ def flag(name: str) -> str:
 
 
 def check_filter_options(options: Mapping[str, Any], methods: Sequence[str]) -> None:
-    """Raise a usage fault for an option that no method uses, or a value that is refused."""
+    """Raise a usage fault for an option that no method uses, or an invalid value."""
     with use_argument_names({name: flag(name) for name in FILTER_OPTIONS}), as_usage():
         check_used(options, methods)
         for method in methods:
-            # Of the rate no refusal depends.
+            # No such error depends on the rate.
             DriftFilter(1.0, **{**select_options(method, options), "method": method})
 
 
 @dataclass(frozen=True)
 class TableOptions:
-    """The options in a table, which a command takes as a mapping: those that were typed, by name.
+    """Options of a table, which a command receives as a mapping of the typed ones by name.
 
     Parameters
     ----------
     table : mapping of str to Option
         The table.
     panel : str
-        The panel of help with what every method uses.
+        Panel of help for the options that every method uses.
     flag_of : callable
-        What an option is called on the command line.
+        Returns an option's flag on the command line.
     always : sequence of str
-        Options whose default is passed on, too.
+        Options that are passed on even at their default.
     """
 
     table: Mapping[str, Row]
@@ -83,7 +83,7 @@ class TableOptions:
             yield _option(row, self.flag_of(row.name), self.panel)
 
     def value(self, typed: Typed) -> dict[str, Any]:
-        """Return the values of those that were typed, and of those that are always passed on."""
+        """Return the values of options that were typed or are always passed on."""
         usual = {name: self.table[name].default for name in self.always}
         names = {name: _name(self.flag_of(name)) for name in self.table}
         return usual | {name: typed[own] for name, own in names.items() if own in typed}
@@ -92,7 +92,7 @@ class TableOptions:
 FilterOptions: TypeAlias = Annotated[
     Mapping[str, Any], TableOptions(FILTER_OPTIONS, flag_of=flag, always=("method",))
 ]
-"""The options of `zerorate.DriftFilter`: the method, and those that were typed."""
+"""Options of `zerorate.DriftFilter`: the method, and options that were typed."""
 
 
 def _name(flag: str) -> str:
@@ -128,7 +128,7 @@ def _option(row: Row, flag: str, panel: str) -> Option:
 
 
 def _help(row: Row) -> str:
-    """Return the meaning of an option and the values it takes: a choice lists them itself."""
+    """Return an option's meaning and values; for a choice the values are listed anyway."""
     meaning = f"{row.meaning[0].upper()}{row.meaning[1:]}."
     if row.kind in ("choice", "word or flag"):
         return meaning

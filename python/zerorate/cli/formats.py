@@ -19,13 +19,13 @@ _OPTIONS: Final = {name: own_flag(name) for name in READING}
 
 def formats(
     log: Annotated[
-        Path | None, Argument("Recording to explain: its format and its columns.")
+        Path | None, Argument("Recording whose format and columns are to be explained.")
     ] = None,
 ) -> None:
     """List the formats that are read and written, or explain how a file is read.
 
-    With a file: the evidence for its format, the meaning of each of its columns, and the logs that
-    are read from it.
+    With a file, lists the evidence for its format, the meaning of each column, and the logs read
+    from it.
     """
     if log is None:
         fixes = list_formats(RECEIVERS.values())

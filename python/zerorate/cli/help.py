@@ -1,6 +1,6 @@
-"""Help on a command: examples, its usual options, and by ``--help-all`` all of them in groups.
+"""Help on a command: examples and usual options, or with ``--help-all`` all options in groups.
 
-Made from the commands' options, as plain text, as wide as the terminal.
+Plain text from the commands' options, as wide as the terminal.
 """
 
 import inspect
@@ -15,12 +15,12 @@ HELP: Final = "--help"
 ALL: Final = "--help-all"
 
 _FIRST_COLUMN: Final = 24
-"""Letters of the column with the options."""
+"""Width of the column with the options, in letters."""
 _GAP: Final = "  "
 
 
 def is_wanted(words: Sequence[str]) -> bool:
-    """Return True if help is wanted, by the words of a command."""
+    """Return True if a command's words request help."""
     typed = words[: words.index("--")] if "--" in words else words
     return HELP in typed or ALL in typed
 
@@ -46,11 +46,11 @@ def of_command(
     taker : Taker
         Its parser and function.
     examples : sequence of str
-        Lines to type; the first one is to begin with.
+        Lines to type; the first is for beginners.
     usual : str
-        Options that a short help lists, with blanks between; all if empty.
+        Options in the short help, separated by blanks; all if empty.
     everything : bool
-        List all options, with their complete texts.
+        List all options, with complete texts.
     """
     taken = [*taker.options()]
     arguments = [one for one in taken if isinstance(one, Argument)]
@@ -105,7 +105,7 @@ def _joined(text: str) -> str:
 
 
 def _first_sentence(text: str) -> str:
-    """Return a text up to its first full stop that ends a sentence."""
+    """Return the first sentence of a text."""
     for i, letter in enumerate(text):
         rest = text[i + 1 :]
         ends = not rest or (rest[0] == " " and rest[1:2].isupper())

@@ -43,17 +43,17 @@ class _Model:
     max_order: int = option(10, "Largest AR order to try.", metavar="P")
     estimator: Literal["css", "exact"] = option(
         "css",
-        "Estimator of the ARMA model: css (fast) or exact. exact, by the likelihood, bridges "
-        "missing samples. On long records they differ little.",
+        "Estimator of the ARMA model: css (fast) or exact. exact maximises the likelihood and "
+        "bridges missing samples. On long records both differ little.",
     )
-    segments: int = option(100, "Parts compared by the tests of stationarity.", metavar="N")
+    segments: int = option(100, "Segments compared by the tests of stationarity.", metavar="N")
 
 
 @dataclass(frozen=True)
 class _Before:
     """Options of the preprocessing of a record, named as arguments of `zerorate.identify`."""
 
-    panel: ClassVar = "Before the model: what is done to the record"
+    panel: ClassVar = "Preprocessing of the record"
 
     outliers: Literal["hampel", "moving-average"] | None = option(
         None,
@@ -64,7 +64,7 @@ class _Before:
     )
     smooth: int = option(
         1,
-        "Moving average over N samples first. Some papers do so; it changes the model.",
+        "Smooth first by a moving average over N samples. Some papers do so; it changes the model.",
         metavar="N",
     )
     decimate: int = option(1, "Keep every N-th sample, after a low-pass.", metavar="N")

@@ -38,22 +38,22 @@ OPTIONS: Final = (
     "doubtful",
     *READING,
 )
-"""Those of the command that act on it."""
+"""Options of the command that act on a magnetometer."""
 
 
 @dataclass(frozen=True)
 class Magnetometer:
     """Options of a magnetometer's calibration."""
 
-    panel: ClassVar = "Magnetometer instead of IMU"
+    panel: ClassVar = "Calibrate the magnetometer instead of the IMU"
 
     magnetometer: bool = option(
         False,
-        "Calibrate the magnetometer by gyro and motion. The result is its hard and soft iron.",
+        "Calibrate the magnetometer from motion, with the gyro. The result is hard and soft iron.",
     )
     field: float | None = option(
         None,
-        "Local field strength, uT. An impossible result is refused.",
+        "Local field strength, uT. A result that contradicts it is an error.",
         metavar="UT",
     )
     dip: float | None = option(
@@ -64,19 +64,19 @@ class Magnetometer:
     )
     at: tuple[float, ...] | None = option(
         None,
-        "Place, deg, for the World Magnetic Model. It gives field and dip. Default: the first of "
-        "the log's positions.",
+        "Place, deg, for the World Magnetic Model. The model gives field and dip. Default: the "
+        "first position in the log.",
         metavar="LAT,LON",
         parse=parse_place_of_field,
     )
     one_iron: bool = option(False, "Assume one hard iron for the whole log.")
 
     def arguments(self) -> dict[str, Any]:
-        """Return those of `zerorate.calibrate_magnetometer`."""
+        """Return the arguments of `zerorate.calibrate_magnetometer`."""
         return {"one": self.one_iron, "field": self.field, "dip": self.dip, "place": self.at}
 
     def check_unused(self) -> None:
-        """Raise a usage fault for an option that acts with --magnetometer alone."""
+        """Raise a usage fault for options that need --magnetometer."""
         for name, value in vars(self).items():
             if value:
                 raise UsageFault(f"{own_flag(name)} acts with --magnetometer")

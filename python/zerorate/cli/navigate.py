@@ -28,7 +28,7 @@ from zerorate.record.mounting import Mounting
 from zerorate.tasks.navigate import navigate as find_track
 
 _FILTER: Final = "Navigation"
-"""The panel of help with what is of the filter."""
+"""Panel of help with the filter's options."""
 _COURSE: Final = "course"
 _AUTO: Final = "auto"
 _NONE: Final = "none"
@@ -76,7 +76,7 @@ _PARSE_VECTOR: Final = partial(parse_numbers, count=3, expected="three numbers")
 
 
 def _parse_mount(_: str, text: str) -> Mounting | None:
-    """Return the stated mounting; None for none, also not that of the recording."""
+    """Return the stated mounting; None for no mounting at all, not even the recording's."""
     return None if text == _NONE else mounting_of(text)
 
 
@@ -118,15 +118,15 @@ class _Run:
     smooth: bool = option(False, "Smooth: use later fixes too (forward-backward pass).")
     heading: float | str | None = option(
         None,
-        "Initial heading, deg from north over east; or course. 'course' is the direction in "
-        "which the vehicle first moves. By default the motion determines it.",
+        "Initial heading, deg from north over east; or course. 'course' is the direction of the "
+        "first motion. Default: determined from the motion.",
         metavar="DEG",
         parse=_parse_heading,
     )
     rest: tuple[float, float] | None = option(
         None,
-        "Rest at the start, s after the first sample. By default before the receiver moves, if "
-        "that rest lasts 3 s; else the start is in motion.",
+        "Start and end of the rest at the start, s after the first sample. Default: before the "
+        "receiver moves, if for 3 s or more; else the filter starts in motion.",
         metavar="START,STOP",
         parse=_parse_span,
     )
@@ -135,24 +135,22 @@ class _Run:
         "Gyro noise (JSON of zerorate allan --export json). By default that of a consumer sensor.",
         metavar="MODEL",
     )
-    accel_noise: Path | None = option(
-        None, "Accelerometer noise (JSON, likewise).", metavar="MODEL"
-    )
+    accel_noise: Path | None = option(None, "Accelerometer noise (the same JSON).", metavar="MODEL")
     noise: Literal["auto", "stated"] = option(
         "auto",
-        "Process noise. auto: fitted so that errors without fixes agree with their sigma; given "
-        "models are only raised. stated: as the models state.",
+        "Process noise. auto: fitted so that errors without fixes agree with their sigma; stated "
+        "models are only increased. stated: exactly as the models.",
     )
 
 
 @dataclass(frozen=True)
 class _Body:
-    """Options of the vehicle, and of its sensors' positions."""
+    """Options of the vehicle and of its sensors' positions."""
 
     panel: ClassVar = "The vehicle"
 
     vehicle: Literal["wheeled"] | None = option(
-        None, "A wheeled vehicle does not slip sideways or jump."
+        None, "wheeled: the vehicle does not slip sideways or jump."
     )
     axle: Sequence[float] | None = option(
         None,
@@ -163,7 +161,7 @@ class _Body:
     )
     wheel_speed: str | None = option(
         None,
-        "Column of the wheels' speed, m/s. For a vehicle on wheels; their scale and mounting are "
+        "Column of the wheels' speed, m/s. For vehicles with wheels; scale and mounting are "
         "estimated.",
         metavar="COLUMN",
     )
@@ -174,7 +172,8 @@ class _Body:
     )
     tick: float | None = option(
         None,
-        "Metres a tick of --wheel-ticks, to some percent. By default by the receiver's speed.",
+        "Metres for each tick of --wheel-ticks, to some per cent. Default: from the receiver's "
+        "speed.",
         metavar="M",
     )
     pressure: str | None = option(
@@ -235,16 +234,16 @@ class _Body:
     mount: Mounting | None = option(
         _BY_METADATA,
         "Rotation from the sensors to forward, right, down. Nine numbers row by row, with "
-        "commas, or a file with them or with metadata that state it; 'none' for none. By default "
-        "as in the file's metadata.",
+        "commas, or a file with them or with such metadata; 'none' for no rotation. Default: as "
+        "in the recording's metadata.",
         metavar="MATRIX",
         shown="",
         parse=_parse_mount,
     )
     time_offset: float | str | None = option(
         None,
-        "Seconds to add to the times of the fixes, or auto. auto, the default, finds the best "
-        "fit of sensors and fixes, near the offset in the file's metadata.",
+        "Seconds to add to the times of the fixes, or auto. auto, the default, searches the best "
+        "fit of sensors and fixes near the offset in the metadata.",
         metavar="S",
         parse=_parse_offset,
     )
@@ -296,9 +295,8 @@ def navigate(
     """Find the track of a vehicle from gyro, accelerometer and the fixes of a receiver.
 
     Writes position, velocity, attitude and biases with their standard deviations, the track for
-    maps as GeoJSON and GPX, and a figure. Prints the counts of used and rejected fixes, and with
-    --outages the errors of the track without them, compared with a position and a velocity that are
-    held.
+    maps as GeoJSON and GPX, and a figure. Prints the numbers of used and rejected fixes, and with
+    --outages the errors without fixes, compared with a held position and a held velocity.
     """
     place = of_sensor(written.place(f"{log.stem}-zerorate-navigate", *_MAPS), reading)
     others = [f".{one}" for one in (*_MAPS, *(("tum",) if tum else ()))]

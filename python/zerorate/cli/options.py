@@ -9,7 +9,7 @@ from zerorate.cli.reading import PANEL
 from zerorate.tasks.saving import FIGURE_FORMATS, LOG_FORMATS
 
 OUTPUT: Final = "Output"
-"""The panel of help with the files that are written."""
+"""Panel of help with the written files."""
 
 EXPORT_PANEL: Final = "Exports for other programs"
 
@@ -28,12 +28,13 @@ GyroName: TypeAlias = Annotated[
     ),
 ]
 AccelName: TypeAlias = Annotated[
-    str | None, Option("Accelerometer; by default that of the gyro.", panel=PANEL)
+    str | None, Option("Accelerometer to use; default: that of the gyro's device.", panel=PANEL)
 ]
 NoAccel: TypeAlias = Annotated[
     bool,
     Option(
-        "Ignore the accelerometer of the log. By default no bias is learned while it shows motion.",
+        "Ignore the log's accelerometer. By default no bias is learned while the accelerometer "
+        "shows motion.",
         panel=PANEL,
     ),
 ]
@@ -48,7 +49,7 @@ CalibrationOption: TypeAlias = Annotated[
 Fix: TypeAlias = Annotated[
     bool,
     Option(
-        "Correct a unit or axes that the motion contradicts. Only where the right ones are "
+        "Correct a unit or axes that the motion contradicts. Only if the correct ones are "
         "certain; a note describes the correction.",
         panel=PANEL,
     ),
@@ -56,8 +57,8 @@ Fix: TypeAlias = Annotated[
 ClippedOption: TypeAlias = Annotated[
     Clipped,
     Option(
-        "Clipped rates: restored from their flanks, or left. auto restores them where nothing "
-        "else explains them; restore wherever the flanks predict more.",
+        "Treatment of clipped rates. auto: restored if nothing else explains them; restore: "
+        "wherever the flanks predict a higher peak; leave: unchanged.",
         panel=PANEL,
     ),
 ]
@@ -108,7 +109,7 @@ Force: TypeAlias = Annotated[bool, Option("Replace existing files.", panel=OUTPU
 Doubtful: TypeAlias = Annotated[
     bool,
     Option(
-        "Export numbers that the log does not bear out, with a warning in the file.",
+        "Export also doubtful numbers, with a warning in the file.",
         panel=EXPORT_PANEL,
     ),
 ]

@@ -1,4 +1,4 @@
-"""Output of a command: progress, results, and files that are all whole or none."""
+"""Output of a command: progress, results, and files, either all complete or none."""
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -35,13 +35,13 @@ T = TypeVar("T")
 def check_outputs(
     paths: Sequence[Path], force: bool, log: Path | None = None, *read: Path | None
 ) -> None:
-    """Raise a usage fault if a file cannot be written, or is one that is read."""
+    """Raise a usage fault if a file cannot be written, or is also an input."""
     with as_usage():
         check_paths(paths, force, log, *read)
 
 
 def check_panels(panels: FigurePanels, no_figure: bool) -> FigurePanels:
-    """Return the panels of a figure; a usage fault for all of them where none is drawn."""
+    """Return the panels of a figure; a usage fault for --figure all without a figure."""
     if panels == "all" and no_figure:
         raise UsageFault("--figure all has no effect with --no-figure")
     return panels
@@ -74,20 +74,20 @@ def run_and_save(
     Parameters
     ----------
     task : callable
-        Takes `progress` and returns the result; an interrupt leaves it behind.
+        Function of `progress` that returns the result; an interrupt abandons it.
     outputs : Outputs
         The files.
     done : float
         Fraction of the work that is done before saving.
     **choices
-        Of `zerorate.tasks.saving.files_of`.
+        Arguments of `zerorate.tasks.saving.files_of`.
 
     Returns
     -------
     result : object
-        What the task returns.
+        Result of the task.
     paths : list of Path
-        The files that were written.
+        Written files.
     """
     with progress_bar() as progress:
         result = run_in_background(partial(task, progress=progress))
@@ -96,7 +96,7 @@ def run_and_save(
 
 @dataclass(frozen=True)
 class Part:
-    """A record of a log, and the files that it becomes."""
+    """A record of a log, and its output files."""
 
     log: Path
     record: Record
@@ -109,7 +109,7 @@ class Part:
         return self.record.title or str(self.log)
 
     def title(self, several: bool) -> str:
-        """Name of the record, and of its log where there are several."""
+        """Name of the record, with its log's name if there are several logs."""
         return " ".join(filter(None, (str(self.log) if several else "", self.record.title)))
 
     def run(
@@ -135,18 +135,18 @@ def parts_of(
     files: Callable[[Destination], Outputs],
     *read: Path | None,
 ) -> list[Part]:
-    """Return the records of logs with their files, after checking that these can be written.
+    """Return the records of logs with their output files, after a check that these can be written.
 
     Parameters
     ----------
     places : sequence of (Path, Destination)
-        The logs, and where the files of each go.
+        Logs, each with the destination of its files.
     reading : Reading
-        What is read of a log.
+        Selection of the data to read.
     files : callable
-        Returns the files of a record, given where they go.
+        Function that returns the files of a record for a destination.
     *read : Path, optional
-        Further files that are read, and so not replaced.
+        Further input files, which must not be replaced.
     """
     parts: list[Part] = []
     for log, place in places:
@@ -160,7 +160,7 @@ def parts_of(
 
 
 def of_sensor(place: Destination, reading: Reading) -> Destination:
-    """Return the destination of a chosen sensor's files, whose names in a folder end with it."""
+    """Return the destination of a chosen sensor's files, named after it within a folder."""
     sensor = reading.arguments.get("sensor")
     return place if place.named_suffix else place.of_part(sensor_ending(sensor))
 
@@ -168,14 +168,14 @@ def of_sensor(place: Destination, reading: Reading) -> Destination:
 def places_of_logs(
     logs: Sequence[Path], output: str, ending: str, suffixes: Sequence[str]
 ) -> list[tuple[Path, Destination]]:
-    """Return each log with the destination of its files; a usage fault for one name of several.
+    """Return each log with the destination of its files; two equal file names are a usage error.
 
-    Their names end so in a folder, and have these suffixes, without dots.
+    `ending` and `suffixes` (without dots) end the names of files in a folder.
     """
     names = unique_stems([str(log) for log in logs])
     places = [Destination.of(output, name + ending, suffixes) for name in names]
     if len(places) > 1 and places[0].named_suffix:
-        raise UsageFault(f"-o takes a folder where there are several logs, got '{output}'")
+        raise UsageFault(f"-o takes a folder for several logs, got '{output}'")
     return list(zip(logs, places, strict=True))
 
 
@@ -187,7 +187,7 @@ def draw_overlay(results: Any, paths: Sequence[Path], force: bool) -> None:  # n
                 figure_writer(results.plot)(temporary)
         except (ImportError, OSError):
             raise
-        except Exception as error:  # whatever it lacks, the data are there
+        except Exception as error:  # a missing figure must not cost the data
             report_figure_faults([FigureError(path, error)])
 
 
@@ -230,7 +230,7 @@ def progress_bar() -> Iterator[Progress]:
 
 @contextmanager
 def counting_bar(things: str) -> Iterator[Callable[[int, int], None]]:
-    """Yield a function of the numbers of finished things and of all."""
+    """Yield a function of the numbers of finished and of all items."""
     if not _has_terminal():
         yield lambda through, all_of_them: None
         return
@@ -264,7 +264,7 @@ def counting_bar(things: str) -> Iterator[Callable[[int, int], None]]:
 def preload_figure(module: str, svg: bool = False) -> None:
     """Begin to import a module of `zerorate.show` for a figure, while a log is read.
 
-    If that fails, the later import says so.
+    An error is raised by the later import.
     """
     names = ["matplotlib.backends.backend_agg", "matplotlib.figure", f"zerorate.show.{module}"]
     if svg:
@@ -280,7 +280,7 @@ def _quietly(modules: Sequence[str]) -> None:
 
 @dataclass(frozen=True)
 class LogAndFigure:
-    """Destination of a log and its figure, as it is typed: a group of options."""
+    """Options for the destination of a log and its figure."""
 
     output: Output = "."
     format: LogFormat = None
@@ -293,7 +293,7 @@ class LogAndFigure:
         return [*LOG_FORMATS, *further, *(() if self.no_figure else FIGURE_FORMATS)]
 
     def place(self, usual: str, *further: str) -> Destination:
-        """Return the destination of files that are usually called so, some with further suffixes.
+        """Return the destination of files with a default name and suffixes.
 
         Raises a usage fault for a file that the command does not write.
         """
@@ -302,7 +302,7 @@ class LogAndFigure:
     def at(self, place: Destination, others: Sequence[str] = ()) -> Outputs:
         """Return the files, after a check of their requirements.
 
-        Others than the log and its figure are given by how their names end.
+        Files other than the log and its figure are given by the ends of their names.
         """
         log = log_ending(place, self.format)
         figures = figure_ending(place, self.figure_format, self.no_figure)
@@ -316,11 +316,11 @@ class LogAndFigure:
 
 @dataclass(frozen=True)
 class LogAndPanels(LogAndFigure):
-    """A log and a figure that may have all its panels."""
+    """Destination of a log and of a figure with a choice of panels."""
 
     figure: FigurePanels = "usual"
 
     @property
     def panels(self) -> FigurePanels:
-        """Panels of the figure; a usage fault where none is drawn."""
+        """Panels of the figure; a usage fault without a figure."""
         return check_panels(self.figure, self.no_figure)

@@ -1,7 +1,7 @@
-"""Options and arguments of a command: each is declared once, and all else is made of that.
+"""Options and arguments of a command, each declared once.
 
-A command is a function, and what it takes is said by the annotations of its parameters: an `Option`
-or an `Argument` is one of what is typed; a dataclass, or another `Group`, is several of them.
+A command is a function whose annotations declare its options: an `Option` or an `Argument` is a
+single one, a dataclass or another `Group` several of them.
 """
 
 import inspect
@@ -29,7 +29,7 @@ from zerorate.cli.errors import UsageFault
 REQUIRED: Final = inspect.Parameter.empty
 _MIN_SIMILARITY: Final = 0.8
 _MAX_SHOWN_CHOICES: Final = 30
-"""Letters of the choices of an option that are shown next to its name."""
+"""Largest width of an option's choices shown next to its name, in letters."""
 _OFF: Final = "--no-"
 """Prefix of a flag that turns off a default."""
 _NUMBERS: Final = {float: "a number", int: "a whole number"}
@@ -39,7 +39,7 @@ _METAVARS: Final = {float: "NUMBER", int: "N", Path: "FILE"}
 
 T = TypeVar("T")
 Typed = Mapping[str, Any]
-"""Values of what was typed, by the parameters' names."""
+"""Typed values by the parameters' names."""
 
 
 @dataclass(frozen=True)
@@ -51,23 +51,23 @@ class Option:
     help : str
         What to type and what it does.
     flags : str
-        How it is typed, with blanks between; by default two hyphens and its name.
+        Flags, separated by blanks; by default two hyphens and the name.
     metavar : str
-        What stands for its value in help; by default its choices, or a word for its type.
+        Placeholder of the value in help; by default its choices, or a word for its type.
     panel : str
         The panel of help.
     shown : str, optional
-        Its default as help shows it, "" for not at all.
+        The default as shown in help; "" to hide it.
     choices : sequence of str
         The values that are allowed; all if empty.
     parse : callable, optional
-        Returns the value, given how the option is typed and its text.
+        Function of the flag and the typed text that returns the value.
     convert : callable, optional
-        Returns the value, given the number that was typed: in another unit.
+        Function of the typed number that returns the value in another unit.
     min, max : float, optional
         Bounds of a number.
     name, kind, default, many
-        The parameter: its name, its type, its default, True for a list. Read from the annotation.
+        Name, type and default of the parameter, and True for a list; read from the annotation.
     """
 
     help: str
@@ -86,13 +86,13 @@ class Option:
     many: bool = False
 
     def of(self, name: str, hint: Any, default: object, panel: str) -> "Option":  # noqa: ANN401
-        """Return the option that a parameter is."""
+        """Return the option of a parameter."""
         kind = _without_none(hint)
         many = get_origin(kind) is list
         kind = get_args(kind)[0] if many else kind
         choices = self.choices
         if get_origin(kind) is Literal:
-            # What parses the text may take more than words.
+            # `parse` may accept more than the listed words.
             kind, choices = str, choices or (() if self.parse else get_args(kind))
         return replace(
             self,
@@ -111,29 +111,29 @@ class Option:
 
     @property
     def on(self) -> list[str]:
-        """The flags, without those that turn it off."""
+        """Flags that turn the option on."""
         flags = self.flags.split() or [f"--{self.name.rstrip('_').replace('_', '-')}"]
         return [one for one in flags if self.default is not True or not one.startswith(_OFF)]
 
     @property
     def off(self) -> list[str]:
-        """The flags that turn off a default."""
+        """Flags that turn a default off."""
         if self.default is not True:
             return []
         return [f"{_OFF}{one[2:]}" for one in self.on] or self.flags.split()
 
     @property
     def all_flags(self) -> list[str]:
-        """The flags, those that turn it off last."""
+        """All flags, with those that turn it off last."""
         return [*self.on, *self.off]
 
     @property
     def flag(self) -> str:
-        """The flag that messages name: the first that is written out."""
+        """Flag used in messages: the first long one."""
         return next((one for one in self.all_flags if one.startswith("--")), self.all_flags[0])
 
     def value(self, text: str) -> Any:  # noqa: ANN401
-        """Return the value of a text; a usage fault if it has none."""
+        """Return the value of a text; a usage fault for an invalid text."""
         if self.choices and text not in self.choices:
             *most, last = self.choices
             listed = f"{', '.join(most)} or {last}" if most else last
@@ -199,7 +199,7 @@ class Argument(Option):
 
     @property
     def typed(self) -> str:
-        """Its name, in brackets if it may be left out."""
+        """Its name, in brackets if it is optional."""
         name = self.name.upper() + ("..." if self.many else "")
         return name if self.default is REQUIRED else f"[{name}]"
 
@@ -216,21 +216,21 @@ class Group(Protocol):
         """Yield the options."""
 
     def value(self, typed: Typed) -> Any:  # noqa: ANN401
-        """Return the object; `typed` holds the typed values, without defaults."""
+        """Return the object; `typed` has the typed values, without defaults."""
 
 
 @dataclass(frozen=True)
 class Taker:
     """A command, or a dataclass, that takes options as keywords.
 
-    Those that name no panel of help stand in the class's `panel`.
+    Options without a panel of help are in the class's `panel`.
     """
 
     takes: Callable[..., Any]
 
     @cached_property
     def members(self) -> dict[str, "Option | Group"]:
-        """The options and groups, by the keywords that take them."""
+        """Options and groups by their keywords."""
         parameters = inspect.signature(self.takes).parameters
         hints = get_type_hints(self.takes, include_extras=True)
         return {name: self._member(one, hints[name]) for name, one in parameters.items()}
@@ -249,7 +249,7 @@ class Taker:
         return about[0].of(parameter.name, kind, parameter.default, panel)
 
     def options(self) -> Iterator[Option]:
-        """Yield the options, those of groups among them."""
+        """Yield all options, including those of groups."""
         for one in self.members.values():
             yield from (one,) if isinstance(one, Option) else one.options()
 
@@ -264,13 +264,13 @@ class Taker:
 
 
 def _without_none(hint: Any) -> Any:  # noqa: ANN401
-    """Return the type that a parameter takes, apart from None."""
+    """Return the type of a parameter, apart from None."""
     kinds = [one for one in get_args(hint) if one is not NoneType]
     return kinds[0] if get_origin(hint) in (Union, UnionType) else hint
 
 
 class AsTyped:
-    """The typed values themselves, for a command that refuses some of them."""
+    """The typed values themselves, for a command that rejects some of them."""
 
     def options(self) -> Iterator[Option]:
         """Yield nothing."""
@@ -283,7 +283,7 @@ class AsTyped:
 
 @dataclass(frozen=True)
 class Hint:
-    """Hint after a mistyped command: a way to its help, and an example."""
+    """Hint after a mistyped command: how to get help, and an example."""
 
     help: str
     example: str
@@ -314,7 +314,7 @@ def parse(options: Sequence[Option], words: Sequence[str], hint: Hint) -> dict[s
 def _texts(
     options: Sequence[Option], words: Sequence[str], hint: Hint
 ) -> tuple[dict[str, list[Any]], list[str]]:
-    """Return the texts typed after each flag, in the order of typing, and the other words."""
+    """Return the texts after each flag, in order, and the other words."""
     flags = {flag: one for one in options for flag in one.all_flags}
     texts: dict[str, list[Any]] = {}
     rest: list[str] = []
@@ -340,7 +340,7 @@ def _texts(
 
 
 def unknown(what: str, got: str, known: Sequence[str], hint: Hint) -> str:
-    """Return a sentence on a word that is not known, with one that may have been meant."""
+    """Return a sentence on an unknown word, with a similar known one."""
     shown = got if what == "option" else f"'{got}'"
     meant = get_close_matches(got, known, n=1, cutoff=_MIN_SIMILARITY)
     return f"there is no {what} {shown}; " + (

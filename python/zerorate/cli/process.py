@@ -1,4 +1,4 @@
-"""The process of a command: standard streams that lose nothing that is printed, its memory."""
+"""The process of a command: safe standard streams, and memory."""
 
 import codecs
 import ctypes
@@ -12,7 +12,7 @@ from typing import Final, TextIO
 from zerorate.texts import escape_line, make_printable
 
 BROKEN_PIPE: Final = 128 + 13
-"""Exit code of a program that SIGPIPE ended, as a shell shows it."""
+"""Exit code, as in a shell, of a program ended by SIGPIPE."""
 
 _SUBSTITUTES: Final = "zerorate.substitutes"
 _ROOT: Final = re.compile(r"√(\w*)", re.ASCII)
@@ -43,27 +43,26 @@ _M_TRIM_THRESHOLD: Final = -1
 _M_MMAP_THRESHOLD: Final = -3
 _MAX_KEPT_BYTES: Final = 1 << 27
 _MAX_HEAP_BLOCK_BYTES: Final = 1 << 25
-"""A block that may come from the heap, glibc's own limit."""
+"""Largest block that glibc allocates from the heap."""
 
 
 def prepare() -> None:
-    """Make the standard streams of this process safe to write on, and figures safe to draw.
+    """Make the standard streams safe to write to, and figures safe to draw.
 
-    A descriptor that is closed would be given to the next file that is opened, and what is printed
-    would go there.
+    The next opened file would get a closed descriptor, and printed text would go to that file.
     """
-    # Figures go to files alone; what a notebook sets for itself may not even be installed here.
+    # Figures are drawn to files only; a notebook's backend may not be installed here.
     os.environ.pop("MPLBACKEND", None)
     home = os.path.expanduser("~")
     if not os.path.isdir(home) or not os.access(home, os.W_OK):
-        # Matplotlib keeps its fonts elsewhere then, which says nothing of a result.
+        # Matplotlib's message on another folder for its fonts is irrelevant.
         import logging
 
         logging.getLogger("matplotlib").setLevel(logging.ERROR)
-    # A box in the place of a letter says as much.
+    # The figure shows a box for such a letter anyway.
     warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font")
     _reserve(0, os.O_RDONLY)
-    # Not writable, so that what somebody prints there is a fault and not lost.
+    # Not writable, so that printing fails visibly.
     _reserve(1, os.O_RDONLY)
     _reserve(2, os.O_WRONLY)
     if sys.stdout is None:
@@ -76,8 +75,8 @@ def prepare() -> None:
 
 
 def notify(sentence: str) -> None:
-    """Print a line on stderr; if nobody can read it there, nowhere."""
-    # Where there is no stderr, print would take stdout instead.
+    """Print a line on stderr, or nowhere if stderr is closed."""
+    # Without stderr, print would use stdout.
     if sys.stderr is not None:
         with suppress(OSError, ValueError):
             line = escape_line(" ".join(sentence.split()))
@@ -85,10 +84,10 @@ def notify(sentence: str) -> None:
 
 
 def keep_freed() -> None:
-    """Keep freed memory for the next blocks of a record, where glibc takes the setting.
+    """Keep freed memory for the next blocks of a record, with glibc.
 
-    By itself it hands blocks of a megabyte back, and the kernel clears as much again: of a day's
-    replay that takes a quarter of the processor's time. At most 128 MB are kept.
+    By default glibc returns blocks of a megabyte to the kernel, which clears them again: a quarter
+    of the processor time of a day's replay. At most 128 MB are kept.
     """
     try:
         mallopt = ctypes.CDLL(None).mallopt
@@ -99,7 +98,7 @@ def keep_freed() -> None:
 
 
 def drop_stdout() -> None:
-    """Let output that nobody reads vanish, or the interpreter complains of it at its end."""
+    """Discard unread output, of which the interpreter would complain at exit."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, sys.stdout.fileno())
     os.close(nowhere)
@@ -109,7 +108,7 @@ def _reserve(descriptor: int, mode: int) -> None:
     try:
         os.fstat(descriptor)
     except OSError:
-        # The lowest that is free is this one: those under it are taken by now.
+        # open() returns this descriptor, since all lower ones are in use.
         os.open(os.devnull, mode)
 
 

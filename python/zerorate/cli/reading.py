@@ -1,4 +1,4 @@
-"""Options that select the data to read from a log: columns, units, clock, parts."""
+"""Options that select data of a log: columns, units, clock, parts."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,7 +27,7 @@ def _parse_first(flag: str, text: str) -> str | int:
 
 
 def _parse_time(flag: str, text: str) -> str | int:
-    """Return the column of the timestamps, False for none of them."""
+    """Return the column of the timestamps, False for none."""
     column = _parse_first(flag, text)
     return False if column == "none" else column
 
@@ -65,8 +65,8 @@ _OPTIONS: Final = (
         kind=float,
     ),
     Option(
-        "Column of timestamps, by name or position, or none. With none timestamps are ignored "
-        "and --rate counts.",
+        "Column of timestamps, by name or position, or none. With none, timestamps are ignored "
+        "and --rate is used.",
         name="time",
         parse=_parse_time,
         metavar="NAME",
@@ -77,8 +77,8 @@ _OPTIONS: Final = (
         metavar="UNIT",
     ),
     Option(
-        "Leave out lines of a text that are not whole rows. By default such a line inside a log "
-        "is an error.",
+        "Skip incomplete rows of a text file. By default an incomplete row inside a log is an "
+        "error.",
         name="torn",
         choices=("skip",),
     ),
@@ -94,26 +94,33 @@ _OPTIONS: Final = (
         metavar="NAME",
     ),
     Option(
-        "Range that the gyro of --device was set to, e.g. 250.",
+        "Range setting of the --device's gyro, deg/s, e.g. 250.",
         name="range",
         parse=partial(parse_fractions, example="250 or 250,2"),
         metavar="DEG/S",
     ),
     Option(
-        "Sensor of several in one table, e.g. imu2; or all. Words of its columns' names, such as "
-        "left_ankle or raw.",
+        "Sensor to read from a table with several, e.g. imu2; or all. Sensors are named by words "
+        "of their columns, such as left_ankle or raw.",
         name="sensor",
         metavar="NAME",
     ),
-    Option("Begin so many seconds after the first sample.", name="start", metavar="S", kind=float),
-    Option("End so many seconds after the first sample.", name="stop", metavar="S", kind=float),
     Option(
-        "Topic of a ROS or PX4 log, where several hold an IMU.",
+        "Start of the part to read, s after the first sample.",
+        name="start",
+        metavar="S",
+        kind=float,
+    ),
+    Option(
+        "End of the part to read, s after the first sample.", name="stop", metavar="S", kind=float
+    ),
+    Option(
+        "Topic of a ROS or PX4 log, if several have an IMU.",
         name="topic",
         metavar="TOPIC",
     ),
     Option(
-        "Split by this column: each of its values is a log.",
+        "Split the table by this column into one log for each value.",
         name="group_by",
         parse=_parse_first,
         metavar="COLUMN",
@@ -124,7 +131,7 @@ READING: Final = tuple(one.name for one in _OPTIONS)
 """Names of the options of reading a log."""
 
 _COLUMNS_OF: Final = {"accel_columns": "accel", "mag_columns": "mag"}
-"""Options with columns of another sensor than the gyro, and its kind."""
+"""Options for columns of sensors other than the gyro, and their kinds."""
 
 OF_IMU: Final = {
     "unit": "Units of gyro and accelerometer, e.g. deg/s,g. Gyro: rad/s, deg/s or deg/h; "
@@ -134,7 +141,7 @@ OF_IMU: Final = {
     "data sheet.",
     "range": "Ranges set on the --device, deg/s and g, e.g. 250,2.",
 }
-"""Help of those that say more where a command reads gyro and accelerometer."""
+"""Extended help of options in commands that read gyro and accelerometer."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +151,7 @@ class Reading:
     Attributes
     ----------
     arguments : mapping
-        Those of `zerorate.read_log` and of the other readers.
+        Arguments of `zerorate.read_log` and of the other readers.
     group_by : str or int or None
         Column that distinguishes several logs in a file.
     """
@@ -162,9 +169,9 @@ class ReadingOptions:
     imu : bool
         True if the command reads all sensors of a recording, whose columns may be named.
     without : sequence of str
-        Options that mean nothing to the command.
+        Options without a meaning for the command.
     help : mapping of str to str
-        Texts for some options instead of the common ones.
+        Help texts that replace the common ones.
     """
 
     imu: bool = False
@@ -190,7 +197,7 @@ class ReadingOptions:
 
 
 def _scale(factors: list[float] | None, device: str | None, ranges: list[float] | None) -> Scale:
-    """Return the factor of raw counts, given as it is or by a device and its ranges."""
+    """Return the factor of raw counts, as stated or from a device and its ranges."""
     if (device is None) != (ranges is None):
         missing, there = ("--device", "--range") if device is None else ("--range", "--device")
         raise UsageFault(f"{there} needs {missing}, as in --device MPU-6050 --range 250")
@@ -213,9 +220,9 @@ class Record:
     source : LogSource
         The file, or a part of it.
     title : str
-        Of its results; empty for a whole file.
+        Title of its results; empty for a whole file.
     ending : str
-        Of the names of its files; empty for a whole file.
+        End of its files' names; empty for a whole file.
     """
 
     source: LogSource
@@ -231,7 +238,7 @@ def records(log: Path, group_by: str | int | None) -> Sequence[Record]:
     endings: dict[str, None] = {}
     for name in parts:
         ending = "-" + re.sub(r"[^\w.-]+", "_", name)[:40]
-        # Names may differ in what no file's name should hold.
+        # Names may differ only in characters that file names cannot have.
         endings[f"{ending}-{len(endings)}" if ending in endings else ending] = None
     return [
         Record(part, part.label, ending)

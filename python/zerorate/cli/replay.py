@@ -46,7 +46,7 @@ def _parse_methods(flag: str, text: str) -> Sequence[str]:
 
 @dataclass(frozen=True)
 class _Sensors:
-    """Options of the sensors' treatment before the filters, and of the accelerometer."""
+    """Options of preprocessing and of the accelerometer."""
 
     panel: ClassVar = PANEL
 
@@ -60,21 +60,21 @@ class _Sensors:
     no_accel: NoAccel = False
 
     def arguments(self) -> dict[str, Any]:
-        """Return those of `zerorate.replay`."""
+        """Return the arguments of `zerorate.replay`."""
         return {"calibration": self.calibration, "fix": self.fix, "accel": not self.no_accel}
 
 
 def replay(
     *,
     logs: Annotated[
-        list[Path], Argument(f"{RECORDING} Several have one table, and a figure more.")
+        list[Path], Argument(f"{RECORDING} Several logs have one table and a further figure.")
     ],
     reading: Annotated[Reading, ReadingOptions()],
     written: LogAndPanels,
     compared: Annotated[
         Sequence[str],
         Option(
-            "Compare with kf, akf, fading, robust, auto, or all.",
+            "Also compare methods: kf, akf, fading, robust, auto, or all.",
             "--methods",
             metavar="NAMES",
             parse=_parse_methods,
@@ -84,7 +84,8 @@ def replay(
     truth: Annotated[
         Path | None,
         Option(
-            "True bias, NAME-truth of zerorate simulate: drawn, and the error at the end printed.",
+            "File with the true bias (NAME-truth of zerorate simulate). It is drawn, and the "
+            "final error printed.",
             metavar="FILE",
             panel=OUTPUT,
         ),
@@ -97,9 +98,9 @@ def replay(
     """Remove the bias from every axis of a log.
 
     Prints the bias with its standard deviation, and writes the filtered log and a figure: the log
-    holds raw minus bias under the names of the raw columns, and in extra columns the bias, its
-    standard deviation, rest, and a stuck or saturated sensor. The default method, auto, needs no
-    settings.
+    has raw minus bias under the names of the raw columns, and extra columns with the bias, its
+    standard deviation, and flags for rest and for a stuck or saturated sensor. The default method,
+    auto, needs no settings.
     """
     of_array = array.arguments(fusion, options)
     if of_array is not None:
@@ -128,7 +129,7 @@ def replay(
     arguments["data_scale"] = arguments.pop("scale")
     if truth is not None:
         if written.no_figure or len(logs) > 1:
-            raise UsageFault("--truth is of one log, and acts with a figure")
+            raise UsageFault("--truth needs a single log and a figure")
         arguments["truth"] = truth
     results: dict[str, Summary] = {}
     for part in parts:
@@ -146,7 +147,7 @@ def replay(
 
 
 def _run(part: Part, arguments: Mapping[str, Any], panels: str) -> Summary:
-    """Filter a record, and write its files: without a figure block by block."""
+    """Filter a record and write its files, block by block if there is no figure."""
     files, source = part.files, part.record.source
     with progress_bar() as progress:
         if not files.figures:
@@ -170,7 +171,7 @@ def _replay_arrays(parts: Sequence[Part], arguments: Mapping[str, Any]) -> None:
 
 
 def _print_unused(method: str, options: Mapping[str, Any]) -> None:
-    """Print the options that the method itself does not use, if there are any."""
+    """Print the options that the method itself does not use, if any."""
     used = select_options(method, options)
     others = [flag(name) for name in options if name not in used and name != "method"]
     if others:

@@ -1,4 +1,4 @@
-"""``zerorate report``: findings on the IMU of a log, as a page, as JSON, as a paragraph."""
+"""``zerorate report``: findings on the IMU of a log as a page, JSON and a paragraph."""
 
 from functools import partial
 from pathlib import Path
@@ -23,7 +23,7 @@ def report(
     log: LogArgument,
     after: Annotated[
         Path | None,
-        Argument("A later log of the same device, to compare."),
+        Argument("A later log of the same device, for a comparison."),
     ] = None,
     gnss: Annotated[
         Path | None,
@@ -36,7 +36,7 @@ def report(
     reading: Annotated[Reading, ReadingOptions()],
     fail_on: Annotated[
         Literal["act", "look", "none"],
-        Option("Exit with 1 if a finding is this severe, or worse; one line for each."),
+        Option("Exit with 1 if a finding is this severe or worse, and print a line for each."),
     ] = "none",
     output: Output = ".",
     force: Force = False,

@@ -1,4 +1,4 @@
-"""``zerorate simulate``: a gyro at rest, an IMU that is calibrated, or one in motion."""
+"""``zerorate simulate``: a gyro at rest, an IMU to calibrate, or an IMU in motion."""
 
 from functools import partial
 from pathlib import Path
@@ -25,7 +25,7 @@ from zerorate.tasks.simulate_motion import MOTIONS, simulated_motion, write_moti
 
 Duration: TypeAlias = Annotated[float, Option("Length in seconds.")]
 SimulatedRate: TypeAlias = Annotated[float, Option("Samples per second.")]
-Seed: TypeAlias = Annotated[int, Option("Whole number; the same one gives the same signal.")]
+Seed: TypeAlias = Annotated[int, Option("Seed, a whole number; equal seeds give equal signals.")]
 
 
 def _parse_temperatures(flag: str, text: str) -> tuple[float, float]:
@@ -60,8 +60,8 @@ def simulate(
     device: Annotated[
         str | None,
         Argument(
-            "Motion of an IMU: hand (with magnetometer and true orientation), drive (with fixes), "
-            "walk. Or a gyro at rest, such as MPU-6050; --list shows all."
+            "Motion of an IMU: hand (with magnetometer and true orientation), drive (with fixes) "
+            "or walk; or a gyro at rest, such as MPU-6050 (--list shows all)."
         ),
     ] = None,
     output: Annotated[
@@ -97,8 +97,8 @@ def simulate(
     poses: Annotated[
         int | None,
         Option(
-            "Simulate an IMU in so many poses, to calibrate. It is held still in each pose and "
-            "turned by hand between them; its gyro is an MPU-6050 if none is named."
+            "Number of poses of a simulated IMU to calibrate. It is at rest in each pose and "
+            "rotated by hand between them; its gyro is an MPU-6050 unless stated."
         ),
     ] = None,
     temperature: Annotated[
@@ -112,7 +112,7 @@ def simulate(
     magnet: Annotated[
         tuple[float, ...] | None,
         Option(
-            "Of a hand: seconds from and to which a magnet is near.",
+            "Start and end of a magnet's presence, s; with hand.",
             metavar="FROM,TO",
             parse=partial(_parse_numbers, example="30,40"),
         ),
@@ -120,7 +120,7 @@ def simulate(
     iron: Annotated[
         tuple[float, ...] | None,
         Option(
-            "Of a hand: hard iron on the magnetometer, uT.",
+            "Hard iron on the magnetometer, uT; with hand.",
             metavar="X,Y,Z",
             parse=partial(_parse_numbers, example="12,-9,20"),
         ),
@@ -128,10 +128,10 @@ def simulate(
     list_: Annotated[bool, Option("Print the gyros that can be simulated, and end.")] = False,
     force: Force = False,
 ) -> None:
-    """Write a simulated log: of a motion, of a gyro at rest, or of an IMU to calibrate.
+    """Write a simulated log of a motion, of a gyro at rest, or of an IMU to calibrate.
 
-    Of a drive also the fixes of its receiver, in NAME-fixes.csv; of a gyro at rest its true bias,
-    in NAME-truth; with --poses the true parameters, in NAME-truth.json.
+    Further files: the fixes of a drive's receiver, NAME-fixes.csv; the true bias of a gyro at rest,
+    NAME-truth; with --poses the true parameters, NAME-truth.json.
     """
     if list_:
         print(format_devices())
@@ -193,7 +193,7 @@ def _check_unused(why: str, **options: object) -> None:
 
 
 def _checked_paths(output: Path, force: bool, known: tuple[str, ...], *further: str) -> list[Path]:
-    """Return the log and further files by their endings, checked to be writable."""
+    """Return the log and further files by the ends of their names, checked to be writable."""
     if output.suffix.lower() not in known:
         raise UsageFault(f"cannot write a log as '{output.suffix}'; known: {', '.join(known)}")
     if output.suffix.lower() == ".parquet":

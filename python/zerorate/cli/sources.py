@@ -14,7 +14,7 @@ from zerorate.cli.parameters import option
 from zerorate.cli.process import notify
 from zerorate.io.packets import PACKETS, PacketProtocol
 from zerorate.tasks.interrupts import Interrupts
-from zerorate.tasks.live.listeners import Access, parse_host_port
+from zerorate.tasks.live.listeners import Access, DatagramPort, parse_host_port
 from zerorate.tasks.live.serving import Line, datagrams, lines_of, packets_of
 from zerorate.tasks.live.sources import (
     SOURCES,
@@ -25,7 +25,7 @@ from zerorate.tasks.live.sources import (
 )
 
 _HEAD_BYTES: Final = 4096
-"""Bytes of a first line that may state rate and unit."""
+"""Largest length of a first line that may state rate and unit, bytes."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Origin:
     """Options for sources of samples other than a file."""
 
     udp: str | None = option(
-        None, "Take datagrams, and answer to their sender.", metavar="HOST:PORT"
+        None, "Receive datagrams, and answer to their sender.", metavar="HOST:PORT"
     )
     address: str | None = option(
         None,
@@ -43,14 +43,15 @@ class Origin:
     )
     form: str | None = option(
         None,
-        f"Packets in place of lines: {', '.join(PACKETS)}; zerorate formats lists them.",
+        f"Protocol of packets, instead of lines: {', '.join(PACKETS)}; zerorate formats lists "
+        f"them.",
         metavar="FORM",
     )
 
     allow: str | None = option(
         None,
-        "Others that may send to an address of this machine: addresses, networks, or any, with "
-        "commas between. A name is one under which pushes may call this machine.",
+        "Senders allowed besides this machine: addresses, networks, or any, separated by commas. "
+        "A name allows HTTP requests that address this machine by it.",
         metavar="ADDRESS",
     )
 
@@ -61,17 +62,17 @@ class Origin:
         if self.form not in PACKETS:
             raise UsageFault(f"--form takes one of {', '.join(PACKETS)}, got '{self.form}'")
         if self.udp is not None:
-            raise UsageFault("--udp takes lines alone; --from udp:HOST:PORT takes packets")
+            raise UsageFault("--udp takes lines only; --from udp:HOST:PORT takes packets")
         return PACKETS[self.form]
 
     def check(self, source: Path | None, fields: int | None) -> None:
-        """Raise a usage fault for two sources, or for options that a form already states."""
+        """Raise a usage fault for two sources, or for options that the protocol determines."""
         if sum(one is not None for one in (source, self.udp, self.address)) > 1:
-            raise UsageFault("give one of a source, --from and --udp")
+            raise UsageFault("give only one of SOURCE, --from and --udp")
         if self.allow is not None and not self._listens:
             raise UsageFault("--allow is for --udp, --from udp: and --from http:")
         if self.form is not None and fields is not None:
-            raise UsageFault("--fields has no effect with --form, which says what a packet holds")
+            raise UsageFault("--fields has no effect with --form, which determines the fields")
 
     @property
     def _listens(self) -> bool:
@@ -84,7 +85,7 @@ class Origin:
             raise UsageFault(f"--allow: {error}") from None
 
     def numbers(self) -> dict[str, Any]:
-        """Return the sequence number that packets have, as arguments of the settings."""
+        """Return the arguments of the settings for a protocol's sequence number."""
         form = self.packets()
         if form is None or form.counter is None:
             return {}
@@ -95,7 +96,7 @@ class Origin:
         return self.udp is None and self.address is None and self.form is None
 
     def first_line(self, source: Path | None) -> str:
-        """Return the first line of the source, which is read again later; empty for a FIFO."""
+        """Return the first line of the source without consuming it; empty for a FIFO."""
         if source is None:
             peek = getattr(sys.stdin and sys.stdin.buffer, "peek", None)
             head = peek(_HEAD_BYTES) if peek is not None else b""
@@ -116,7 +117,12 @@ class Origin:
         if self.udp is not None:
             with self._port(self.udp) as port:
                 notify("listening on {}:{}".format(*port.getsockname()[:2]))
-                yield datagrams(port, interrupts, self._access())
+                received = DatagramPort(port, self._access())
+                try:
+                    yield datagrams(port, received, interrupts)
+                finally:
+                    for text in received.sentences():
+                        notify(f"--udp: {text}")
             return
         with self._bytes(source, form, interrupts) as file, _answers(hidden) as answers:
             if form is None:
@@ -144,7 +150,7 @@ class Origin:
             try:
                 with ExitStack() as opened:
                     source_ = live_source(self.address, form, self._access(), ending)
-                    # A server that does not answer is waited for.
+                    # A server that does not answer yet is awaited.
                     yield interrupts.wait(lambda: opened.enter_context(source_))
             except AddressError as error:
                 raise UsageFault(f"--from {error}") from None
@@ -159,7 +165,7 @@ class Origin:
             if ending.torn:
                 raise DataFault(f"{self.address}: {last}")
         elif source is not None:
-            # To open a FIFO is to wait for its writer.
+            # Opening a FIFO waits for its writer.
             with interrupts.wait(lambda: _opened(source)) as file:
                 yield file
         else:
@@ -176,7 +182,7 @@ def _answers(hidden: bool) -> Iterator[BinaryIO]:
 
 
 def _bytes_of(stream: TextIO | None, name: str) -> BinaryIO:
-    # None is what a closed descriptor becomes.
+    # A closed descriptor is None.
     if stream is None:
         raise DataFault(f"{name} is closed")
     return stream.buffer

@@ -1,4 +1,4 @@
-"""``zerorate stream``: lines of samples in, a line of answers out for each, at once."""
+"""``zerorate stream``: an answer to each line of samples, at once."""
 
 import math
 import signal
@@ -41,25 +41,25 @@ from zerorate.tasks.live.serving import Saver, Server
 from zerorate.tasks.saving import make_folders
 
 _SIGNAL_CODE: Final = 128
-"""Exit code of a program that a signal ended, less the signal's number."""
+"""Exit code of a program ended by a signal, minus the signal's number."""
 _OF_BOTH: Final = ("bias_limit", "limit")
-"""Options of the drift filter that attitudes have too."""
+"""Options of the drift filter that also apply with --attitude."""
 _OF_ATTITUDE: Final = ("frame", "no_mag", "learn_magnetometer")
-"""Options that act on attitudes alone."""
+"""Options that need --attitude."""
 
 _READING: Final = ReadingOptions(
     without=("topic", "group_by", "start", "stop", "sensor", "torn"),
     help={
         "rate": "Samples per second; required unless the first line states it, as in "
         "# rate: 100 Hz, unit: deg/s.",
-        "time": "Column of the timestamps, by name or position: samples that its gaps show are "
-        "missing, blocks of equal stamps are spread. Default: samples are 1/--rate s apart.",
+        "time": "Column of the timestamps, by name or position. Gaps count as missing samples; "
+        "equal stamps of a block are spread. Default: samples are 1/--rate s apart.",
         "columns": "Columns to filter: names, or positions counted from 0 over all columns, e.g. "
-        "gx,gy,gz. Default: those that the header line names like a gyro; without a header line "
-        "all. The others pass through.",
-        "unit": "Unit of the gyro columns if the header line does not say: rad/s, deg/s or deg/h. "
-        "With it auto knows what rest can be. Values are not converted. With --attitude "
-        "that of the accelerometer follows, with a comma between: deg/s,g.",
+        "gx,gy,gz. Default: the columns named like a gyro in the header line; without a header "
+        "line all. Other columns pass through.",
+        "unit": "Unit of the gyro columns if the header line lacks it: rad/s, deg/s or deg/h. auto "
+        "needs it to recognise rest. Values are not converted. With --attitude also that of the "
+        "accelerometer: deg/s,g.",
     },
 )
 
@@ -71,20 +71,20 @@ class _Numbers:
     sequence: str | int | None = option(
         None,
         "Column of a sequence number. Lost samples are counted and treated as missing; without "
-        "it a lost sample cannot be seen.",
+        "this column they are not noticed.",
         metavar="COLUMN",
         parse=parse_column,
     )
     sequence_bits: int | None = option(
         None,
-        "Bits of the --sequence counter. By default learned.",
+        "Bits of the --sequence counter. Default: learned from the data.",
         min=1,
         max=MAX_BITS,
     )
-    fields: int | None = option(None, "Numbers per line, if the first may be cut off.", min=1)
+    fields: int | None = option(None, "Values in a line, in case the first line is cut off.", min=1)
 
     def arguments(self) -> dict[str, Any]:
-        """Return those of the settings of a stream."""
+        """Return the arguments of the settings of a stream."""
         if self.sequence_bits is not None and self.sequence is None:
             raise UsageFault("--sequence-bits needs --sequence")
         return {"sequence": self.sequence, "sequence_bits": self.sequence_bits}
@@ -98,15 +98,15 @@ class _Accelerometer:
 
     accel_columns: Sequence[str | int] | None = option(
         None,
-        "Accelerometer columns x,y,z, to detect motion. By name or position. Default: those that "
-        "the header line names like the gyro's.",
+        "Accelerometer columns x,y,z, to detect motion. By name or position. Default: those of "
+        "the gyro's device in the header line.",
         metavar="NAMES",
         parse=parse_columns,
     )
     no_accel: NoAccel = False
 
     def columns(self) -> tuple[str | int, ...] | None:
-        """Return the columns, none of them where the accelerometer is left alone."""
+        """Return the columns, none if the accelerometer is ignored."""
         if not self.no_accel:
             return None if self.accel_columns is None else tuple(self.accel_columns)
         if self.accel_columns is not None:
@@ -122,8 +122,8 @@ class _Attitude:
 
     attitude: bool = option(
         False,
-        "Answer with the orientation. Lines hold gyro, accelerometer and maybe magnetometer, x, "
-        "y, z each.",
+        "Answer with the orientation. Lines have gyro, accelerometer and optionally magnetometer, "
+        "x, y, z each.",
     )
     frame: Frame = option(
         "enu",
@@ -135,7 +135,7 @@ class _Attitude:
     learn_magnetometer: bool = option(False, "Learn the magnetometer's hard iron from the motion.")
 
     def arguments(self) -> dict[str, Any]:
-        """Return those of `AttitudeSettings`."""
+        """Return the arguments of `AttitudeSettings`."""
         return {
             "frame": self.frame,
             "mag": not self.no_mag,
@@ -145,24 +145,24 @@ class _Attitude:
 
 @dataclass(frozen=True)
 class _Saves:
-    """Options of the state that is saved."""
+    """Options of the saved state."""
 
     checkpoint: Path | None = option(
-        None, "Save the state; the next start goes on from it.", metavar="FILE"
+        None, "Save the state to this file; the next start continues from it.", metavar="FILE"
     )
-    every: float = option(1.0, "Seconds between two saves.")
+    every: float = option(1.0, "Interval between saves, s.")
     position: bool = option(False, "Print the sample number of the checkpoint.")
     force: bool = option(False, "Start again if the checkpoint cannot be used.")
 
     def printed_position(self) -> int:
-        """Return the sample that the checkpoint goes on with."""
+        """Return the number of the next sample after the checkpoint."""
         if self.checkpoint is None:
             raise UsageFault("--position needs --checkpoint")
         saved = _read(self.checkpoint)
         return 0 if saved is None else saved.position
 
     def saver(self, rate: float) -> Saver | None:
-        """Return the saver of the state, None where nothing is saved."""
+        """Return the object that saves the state, None without --checkpoint."""
         if self.checkpoint is None:
             return None
         count = self.every * rate
@@ -174,7 +174,7 @@ class _Saves:
         return Saver(self.checkpoint, max(1, round(count)), notify)
 
     def resumed(self, settings: Settings | AttitudeSettings, cells: int | None) -> LineStream:
-        """Return the stream in the checkpoint, or a new one if there is none, or none of use."""
+        """Return the checkpoint's stream, or a new one if there is no usable checkpoint."""
         new = LineStream(settings, cells)
         if self.checkpoint is None:
             return new
@@ -205,8 +205,8 @@ def stream(
     calibration: Annotated[
         Path | None,
         Option(
-            "Correct the gyro by this calibration first (JSON of zerorate calibrate), and by the "
-            "accelerometer of the lines, if they have one.",
+            "Correct the gyro by this calibration first (JSON of zerorate calibrate), including "
+            "g-sensitivity if lines have an accelerometer.",
             metavar="CAL",
             panel=PANEL,
         ),
@@ -217,10 +217,10 @@ def stream(
 ) -> None:
     """Answer each line of samples at once with the compensated rate.
 
-    Where a header line names the columns, gyro columns are filtered and the others pass through; an
-    accelerometer among them detects motion, as in a replay. A line that is garbled is reported on
-    stderr, answered with nan and taken as missing. With --attitude the answer is the quaternion w,
-    x, y, z from sensor to earth in place of the samples.
+    If a header line names the columns, gyro columns are filtered and others pass through; an
+    accelerometer detects motion, as in a replay. A garbled line is reported on stderr, answered
+    with nan and treated as missing. With --attitude the answer is the quaternion w, x, y, z from
+    sensor to earth.
     """
     if saves.position:
         print(saves.printed_position())
@@ -229,7 +229,7 @@ def stream(
     reading = _with_stated(reading, source, origin)
     rate = reading.arguments["rate"]
     if rate is None:
-        raise UsageFault("--rate is required: samples per second, where no header line states it")
+        raise UsageFault("--rate is required: samples per second, unless a header line states it")
     arguments = numbers.arguments()
     if arguments["sequence"] is None:
         arguments |= origin.numbers()
@@ -273,7 +273,7 @@ def _load_calibration(path: Path | None) -> Calibration | None:
 
 
 def _timing(reading: Reading) -> dict[str, Any]:
-    """Return the column of the timestamps and its unit, as settings take them."""
+    """Return the column of the timestamps and its unit, for the settings."""
     time, unit = reading.arguments["time"], reading.arguments["time_unit"]
     if unit is not None and (time is None or time is False):
         raise UsageFault("--time-unit needs --time, the column of the timestamps")
@@ -291,11 +291,11 @@ def _settings(
     )
     more = tuple(words) if attitude else tuple(map(DriftColumn, words))
     with as_usage():
-        return kind.of_reading(rate, unit, scale, beside=more, columns=columns, **arguments)
+        return kind.of_reading(rate, unit, scale, extra=more, columns=columns, **arguments)
 
 
 def _check_filter_alone(options: Mapping[str, Any], typed: Typed) -> None:
-    """Raise a usage fault for options that act on attitudes alone, or that no method uses."""
+    """Raise a usage fault for options that need --attitude, or that no method uses."""
     for name in typed:
         if name in _OF_ATTITUDE:
             raise UsageFault(f"{own_flag(name)} needs --attitude")
@@ -303,7 +303,7 @@ def _check_filter_alone(options: Mapping[str, Any], typed: Typed) -> None:
 
 
 def _check_attitude_alone(options: Mapping[str, Any], accelerometer: _Accelerometer) -> None:
-    """Raise a usage fault for options that do not act on attitudes."""
+    """Raise a usage fault for options without effect on attitudes."""
     default = {"method": FILTER_OPTIONS["method"].default}
     default |= {name: options.get(name) for name in _OF_BOTH}
     others = [name for name, value in options.items() if default.get(name) != value]
@@ -312,7 +312,7 @@ def _check_attitude_alone(options: Mapping[str, Any], accelerometer: _Accelerome
     if accelerometer.columns() is not None:
         option = "--no-accel" if accelerometer.no_accel else "--accel-columns"
         raise UsageFault(
-            f"{option} has no effect with --attitude: --columns takes those of all sensors"
+            f"{option} has no effect with --attitude: give the columns of all sensors in --columns"
         )
 
 
@@ -333,7 +333,7 @@ def _read(
 
 
 def _run(server: Server, source: Path | None, origin: Origin, hidden: bool) -> None:
-    """Serve the lines of the source; a signal ends it with the code of a shell."""
+    """Serve the lines of the source; a signal ends it with a shell's exit code."""
     interrupts = Interrupts()
     try:
         with (
@@ -371,4 +371,4 @@ def _faults() -> Iterator[None]:
         drop_stdout()
         raise SystemExit(BROKEN_PIPE) from None
     except OSError as error:
-        raise DataFault(f"a sample could not be read, or not answered: {error}") from None
+        raise DataFault(f"a sample could not be read or answered: {error}") from None

@@ -1,6 +1,6 @@
 """Values of options that take more than one word or number.
 
-Each function takes how the option is typed, and its text; any other text is a usage fault.
+Each function takes the option's flag and the typed text; an invalid text is a usage fault.
 """
 
 import re
@@ -12,7 +12,7 @@ from zerorate.cli.errors import UsageFault, require
 
 
 def parse_words(flag: str, text: str, expected: str = "names") -> list[str]:
-    """Return the words of a list with commas, none of them empty."""
+    """Return the nonempty words of a comma-separated list."""
     words = [word.strip() for word in text.split(",")]
     if not all(words):
         raise UsageFault(f"{flag} takes {expected} with commas between, got '{text}'")
@@ -20,7 +20,7 @@ def parse_words(flag: str, text: str, expected: str = "names") -> list[str]:
 
 
 def parse_columns(flag: str, text: str) -> list[str | int]:
-    """Return the names and indices of a list with commas."""
+    """Return the names and indices of a comma-separated list."""
     words = parse_words(flag, text, "names or indices")
     return [int(word) if re.fullmatch("-?[0-9]+", word) else word for word in words]
 
@@ -34,7 +34,7 @@ def parse_column(flag: str, text: str) -> str | int:
 
 
 def parse_choices(flag: str, text: str, choices: Sequence[str]) -> list[str]:
-    """Return the choices that a list with commas names, each once."""
+    """Return the choices named in a comma-separated list, each once."""
     words = [word.strip() for word in text.split(",")]
     for word in words:
         if word not in choices:
@@ -43,7 +43,7 @@ def parse_choices(flag: str, text: str, choices: Sequence[str]) -> list[str]:
 
 
 def parse_numbers(flag: str, text: str, count: int, expected: str) -> list[float]:
-    """Return so many finite numbers of a list with commas."""
+    """Return a given number of finite numbers of a comma-separated list."""
     try:
         numbers = [float(word) for word in parse_words(flag, text, expected)]
     except ValueError:
@@ -54,7 +54,7 @@ def parse_numbers(flag: str, text: str, count: int, expected: str) -> list[float
 
 
 def parse_fractions(flag: str, text: str, example: str) -> list[float]:
-    """Return one or two numbers, each maybe a fraction such as ``1/131``."""
+    """Return one or two numbers, each possibly a fraction such as ``1/131``."""
     try:
         numbers = [_parse_fraction(word) for word in text.split(",")]
     except (ValueError, ZeroDivisionError):
@@ -92,7 +92,7 @@ def parse_order(flag: str, text: str) -> tuple[int, int]:
 
 
 def parse_number_or_word(flag: str, text: str, word: str) -> float | None:
-    """Return the number, None for the word."""
+    """Return the number, or None for a given word."""
     if text == word:
         return None
     try:
@@ -102,7 +102,7 @@ def parse_number_or_word(flag: str, text: str, word: str) -> float | None:
 
 
 def parse_pair_or_word(flag: str, text: str, words: Sequence[str]) -> tuple[float, float] | str:
-    """Return the two numbers of ``4,0.75``, or the word that may stand in their place."""
+    """Return the two numbers of ``4,0.75``, or an allowed word."""
     if text in words:
         return text
     try:

@@ -1,4 +1,4 @@
-"""``zerorate walk``: the track of a sensor on a foot, by gyro and accelerometer alone."""
+"""``zerorate walk``: the track of a sensor on a foot from gyro and accelerometer only."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -21,13 +21,13 @@ _MAPS: Final = ("geojson", "gpx")
 
 @dataclass(frozen=True)
 class _Start:
-    """Start of the walk on the earth: arguments of `zerorate.walk`."""
+    """Start of the walk on the earth, named as arguments of `zerorate.walk`."""
 
     panel: ClassVar = _PANEL
 
     at: Sequence[float] | None = option(
         None,
-        "Start, deg: writes the track as GeoJSON and GPX, too.",
+        "Start position, deg. The track is also written as GeoJSON and GPX.",
         metavar="LAT,LON",
         parse=parse_place,
     )
@@ -61,7 +61,7 @@ def walk(
     fix: Fix = False,
     written: LogAndFigure,
 ) -> None:
-    """Find the track of a sensor on a foot, without a receiver: now and then the foot stands.
+    """Find the track of a sensor on a foot without a receiver, from the foot's stance phases.
 
     Writes position, velocity and orientation with their standard deviations, and a figure; with
     --at the track for maps. Prints the distance, the end, and the strides in numbers.

@@ -1,4 +1,4 @@
-"""Observers of ``zerorate stream`` while it runs: their options, and their drawing."""
+"""Displays of a running ``zerorate stream``: options and drawing."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Watched:
-    """Options of those who watch."""
+    """Options of the displays."""
 
     show: bool = option(
         False,
@@ -27,8 +27,8 @@ class Watched:
     )
     serve: int | None = option(
         None,
-        "Serve plots and attitude to a browser; 0: any port. Only browsers of this machine reach "
-        "the page.",
+        "Serve a page with plots and attitude on this port; 0: any port. Only browsers on this "
+        "machine can open it.",
         metavar="PORT",
         min=0,
         max=65535,
@@ -49,7 +49,7 @@ class Watched:
 
     @property
     def hides_answers(self) -> bool:
-        """True if answers would be printed over the display."""
+        """True if answers would overwrite the display."""
         return self.show and sys.stdout is not None and sys.stdout.isatty()
 
 
@@ -78,5 +78,5 @@ def _terminal() -> "LiveTerminal":
 
     console = Console(stderr=True)
     if not console.is_terminal:
-        raise UsageFault("--show draws on stderr, which is no terminal here")
+        raise UsageFault("--show needs a terminal on stderr")
     return LiveTerminal(console)

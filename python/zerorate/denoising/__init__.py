@@ -1,4 +1,4 @@
-"""Records without the details that are no larger than noise."""
+"""Denoising of records: details no larger than noise are removed."""
 
 from zerorate.denoising.wavelet import Denoised, denoise
 

@@ -18,7 +18,7 @@ LevelName: TypeAlias = Literal["auto", "psr", "psr-normalised"]
 
 @dataclass(frozen=True, eq=False)
 class Denoised(Result):
-    """A denoised record: without the details that are no larger than noise.
+    """A denoised record.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Denoised(Result):
         Threshold of the details, sigma sqrt(2 ln n).
     wavelet, mode : str
     approximation : bool
-        The given arguments.
+        The arguments of the call.
 
     Examples
     --------
@@ -61,36 +61,36 @@ def denoise(
     *,
     rho: float | None = None,
 ) -> Denoised:
-    """Return a whole record without the details that are no larger than noise.
+    """Denoise a whole record: remove the details that are no larger than noise.
 
-    A filter bank splits the record into octaves, from the finest on. White noise is equally strong
-    in all of them, a slow motion is in none but the coarse ones. Details smaller than
-    sigma sqrt(2 ln n), which noise alone hardly reaches, become zero (VisuShrink), and the signal
-    is reconstructed. There is no delay, since each sample is processed with later ones:
-    `WaveletDenoiser` denoises while samples arrive.
+    A filter bank splits the record into octaves, the finest first. White noise is equally strong in
+    all octaves, slow motion appears in the coarse ones only. Details smaller than sigma sqrt(2 ln
+    n), which noise alone hardly reaches, become zero (VisuShrink), and the signal is reconstructed.
+    There is no delay, since later samples are used, too. `WaveletDenoiser` denoises while samples
+    arrive.
 
     Parameters
     ----------
     z : array_like, shape (n,) or (n, k)
         Samples in any unit, none missing. Columns are denoised separately.
     wavelet : {"haar", "db2", "db4", "db8"}, default "db4"
-        Daubechies' wavelet of 2, 4, 8 or 16 taps. A longer one keeps only smoother motion.
+        Daubechies' wavelet of 2, 4, 8 or 16 taps. Longer wavelets keep only smoother motion.
     level : int or {"auto", "psr", "psr-normalised"}, default "auto"
         Number of octaves to threshold; each halves the variance of white noise.
 
-        - "auto": the last level whose details still look like the noise of the first one, by their
-          median and their root mean square. It stops where motion begins, or noise has a colour.
-        - "psr": the last one before the largest detail is more than `rho` times the sum of all (Wu
-          and Ran). It depends on the length of the record more than on its content.
+        - "auto": the last level whose details match the noise of the first one in median
+          and root mean square. It stops where motion or coloured noise begins.
+        - "psr": the last level before the largest detail exceeds `rho` times the sum of all
+          (Wu and Ran). It depends more on the length of the record than on its content.
         - "psr-normalised": this ratio over that of white noise.
     mode : {"soft", "hard"}, default "soft"
-        Details above the threshold shrink by it, or stay. Soft is smooth; hard keeps
-        the peaks of motion.
+        "soft" reduces details above the threshold by the threshold: smooth. "hard" leaves them
+        unchanged: it keeps the peaks of motion.
     approximation : bool, default False
-        Also threshold the approximation below the last level, as Wu and Ran do: this treats slow
-        drift, and slow motion, as noise.
+        Threshold also the approximation below the last level, as Wu and Ran do. Slow drift and slow
+        motion then count as noise.
     rho : float, optional
-        Cut of the last two rules: 0.05 of "psr", 1.5 of "psr-normalised".
+        Limit of the last two rules; default 0.05 for "psr", 1.5 for "psr-normalised".
 
     Returns
     -------
@@ -100,14 +100,14 @@ def denoise(
     Raises
     ------
     ValueError
-        If a sample is missing, the record too short for one level or for so many, or an argument
-        not as described.
+        If a sample is missing, the record is too short for the requested level or for any, or an
+        argument is not as described.
 
     Notes
     -----
     D. L. Donoho, I. M. Johnstone, Biometrika 81(3), 1994; J. Wu, C. Ran, Instrument Technique and
     Sensor 2021(2), equation 10. Borders are half-point symmetric. A record with zero noise, such as
-    a constant, or one so coarse that most samples equal the one before, is returned unchanged.
+    a constant, or a record in which most samples equal the one before, is returned unchanged.
 
     Examples
     --------

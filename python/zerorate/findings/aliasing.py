@@ -1,4 +1,4 @@
-"""Aliased peaks of a vibration: they move opposite to the peak they belong to."""
+"""Aliased harmonics of a vibration, found by how their frequency follows its peak."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 from zerorate.types import Booleans, Floats, Integers
 
 _MIN_PEAK_RATIO: Final = 4.0
-"""Amplitude of a peak over what is around it: 12 dB."""
+"""Least ratio of a peak to the spectrum around it: 12 dB."""
 _MIN_FREQUENCY_HZ: Final = 5.0
-"""Hz below which motion is, and no vibration."""
+"""Frequency below which motion, not vibration, is expected, Hz."""
 _MIN_WINDOWS: Final = 12
 """Fewest windows of a second for a finding."""
 _MIN_PEAK_MOTION_HZ: Final = 1.5
-"""Hz by which a peak must move; the source of a constant one is unknown."""
+"""Least change of a peak's frequency, Hz; the source of a constant peak is unknown."""
 _MIN_SECTION_BINS: Final = 16
-"""Bins, at least, whose median is what is around a peak."""
+"""Least number of bins for the median around a peak."""
 _RESOLUTION_BINS: Final = 3.0
 """Bins within which an aliased peak and a harmonic cannot be distinguished."""
 _MAX_CHANCE: Final = 1e-6
@@ -30,7 +30,7 @@ class AliasedHarmonic(NamedTuple):
     order: int
     fold: int
     peak: tuple[float, float]
-    """The middle 80 % of where the peak f₁ is."""
+    """The middle 80 % of the frequencies of the peak f₁."""
     alias: tuple[float, float]
     amplitude: float
     sigma: float
@@ -86,7 +86,7 @@ def _median_amplitude(amplitude: Floats) -> Floats:
 
 
 def _find_strongest(amplitude: Floats, stands: Booleans) -> tuple[Floats, Booleans]:
-    """Return the bin of each window's strongest peak, by a parabola, and where there is one."""
+    """Return the bin of each window's strongest peak, by a parabola, and a mask of peaks."""
     rows = np.arange(len(amplitude))
     at = np.argmax(np.where(stands, amplitude, 0.0), axis=1)
     has_peak = stands[rows, at] & (at > 0) & (at < amplitude.shape[1] - 1)
@@ -120,7 +120,7 @@ def _find_harmonic(
         stands[usable],
     )
     hits = _has_peak_at(stands, alias_bins, width)
-    # Its frequency in the other windows shows how often something is there by chance.
+    # Peaks at this frequency in other windows show how often one occurs by chance.
     shifts = range(1, len(alias_bins), max(1, len(alias_bins) // 64))
     other_bins = np.stack([np.roll(alias_bins, s) for s in shifts])
     is_separate = np.abs(other_bins - alias_bins) > 2 * width + 1
@@ -135,7 +135,7 @@ def _find_harmonic(
     )
     if not _is_significant(hits, max(chance_share, 0.02)):
         return None
-    # Next to the peak itself its own amplitude counts in it.
+    # Near the peak itself the amplitude would include the peak's.
     clear = hits & (np.abs(alias_bins - first) > _RESOLUTION_BINS + width + 2)
     if np.count_nonzero(clear) < _MIN_WINDOWS // 2:
         return None
@@ -166,7 +166,7 @@ def _has_peak_at(stands: Booleans, positions: Floats, width: int) -> Booleans:
 
 
 def _amplitudes(power: Floats, positions: Floats, width: int) -> Floats:
-    """Return the amplitude of a sine at a place of each window, by the bins about it."""
+    """Return the amplitude of a sine at a bin position of each window, from the bins around it."""
     near = np.take_along_axis(power, _bins_around(positions, width, power), axis=1)
     return np.asarray(np.sqrt(near.sum(axis=1)))
 

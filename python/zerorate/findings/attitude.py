@@ -1,4 +1,4 @@
-"""The attitude: inclination against gravity when rests begin, and the log's own estimate."""
+"""Findings on attitude: inclination error when rests begin, and the log's own estimate."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ SECTION: Final = "Attitude"
 _CHUNK_ROWS: Final = 1 << 17
 _MIN_RATE_HZ: Final = 10.0
 _STEP_S: Final = 0.1
-"""Seconds of a course's step: a filter that notices a rest leads the attitude to gravity soon."""
+"""Step of the estimated attitude, s: short, since a filter at rest corrects the attitude soon."""
 _SETTLING_TIME_S: Final = 10.0
-"""Seconds after which an attitude is no longer that of a beginning."""
+"""Time for which an attitude counts as settling, s."""
 _MAX_TILT_SIGMA_RAD: Final = math.radians(5.0)
-"""Standard deviation of an inclination from which on it is not trusted."""
+"""Standard deviation of an inclination, rad, above which it is not trusted."""
 _MIN_REST_S: Final = 5.0
-"""Seconds of a rest after which the log's own inclination is tested, as it has to settle."""
+"""Time in a rest before the log's own inclination is tested, s: it has to settle."""
 _MIN_ROWS: Final = 10
 _MIN_UNCLEAR_S: Final = 1.0
 """Seconds of a rest that may be a rate table, for a finding."""
 _SIGNIFICANCE_SIGMAS: Final = 3.0
-"""Of its own standard deviations by which an inclination must be off."""
+"""Error of an inclination, in its standard deviations, for a finding."""
 
 
 class Course(NamedTuple):
@@ -71,7 +71,7 @@ def attitude_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Fin
 
 
 def _estimate_course(recording: Recording, gyro: Sensor, accel: Sensor) -> Course:
-    """Return the attitude by gyro and accelerometer every tenth of a second, about."""
+    """Return the attitude from gyro and accelerometer, about every 0.1 s."""
     rates, forces = _align_samples(recording, gyro, accel)
     steps, every = gyro.log.steps, max(1, round(_STEP_S * gyro.log.rate))
     filter_ = Attitude(gyro.log.rate, mag=False)
@@ -80,7 +80,7 @@ def _estimate_course(recording: Recording, gyro: Sensor, accel: Sensor) -> Cours
     for first in range(0, gyro.log.n, size):
         part = slice(first, first + size)
         with warnings.catch_warnings():
-            # Of a wrong gravity, which has a finding of its own.
+            # The warning is on a wrong gravity, which has a finding of its own.
             warnings.simplefilter("ignore")
             trace = filter_.trace(
                 (gyro.factor or 1.0) * rates[part],
@@ -109,7 +109,7 @@ def _align_samples(recording: Recording, gyro: Sensor, accel: Sensor) -> tuple[F
 
 
 def up_direction(quaternions: Floats) -> Floats:
-    """Return the direction of an earth's third axis in the axes of the sensor, shape (m, 3)."""
+    """Return the direction of the earth frame's third axis in sensor axes, shape (m, 3)."""
     w, x, y, z = quaternions.T
     size = np.maximum((quaternions**2).sum(axis=1), np.finfo(float).tiny)
     row = [2 * (x * z - w * y), 2 * (y * z + w * x), size - 2 * (x * x + y * y)]
@@ -127,22 +127,21 @@ def _check_arrivals(imu: Imu, accel: Sensor, course: Course) -> Iterator[Finding
     later = [rest for rest in imu.rests if BLOCK_S * rest.first > _SETTLING_TIME_S]
     if not later:
         return
-    # The half-second before a rest has its gravity already, else the rest began later.
+    # Gravity is measured well in the half-second before a rest, else the rest began later.
     at = np.searchsorted(course.times, [BLOCK_S * rest.first for rest in later]) - 1
     forces = np.array([rest_mean(accel, rest)[0] for rest in later])
     off = _angles_between(course.up[at], forces / np.linalg.norm(forces, axis=1, keepdims=True))
     middle, worst = float(np.median(off)), int(np.argmax(off))
     sigma = _median_sigma(off)
-    # What a filter knows of its own error in motion is no fault of the sensors.
+    # An error within the filter's own standard deviation is no fault of the sensors.
     surely = float(np.median(off / np.degrees(course.tilt_sigma[at]))) > _SIGNIFICANCE_SIGMAS
     yield Finding(
-        SECTION, "arrivals", LIMITS["arrivals"].severity(middle) if surely else "good",
-        f"{imu.name}: by gyro and accelerometer the inclination is "
-        f"{_format_median(middle, sigma)} deg from "
-        f"gravity as a rest begins (median of {count_noun(len(off), 'rest')}, "
-        f"{shorten(off[worst])} at most).",
+        SECTION, "inclination", LIMITS["inclination"].severity(middle) if surely else "good",
+        f"{imu.name}: as a rest begins, the inclination from gyro and accelerometer is off "
+        f"gravity by {_format_median(middle, sigma)} deg (median of "
+        f"{count_noun(len(off), 'rest')}, {shorten(off[worst])} at most).",
         middle, "deg", sigma, rest_spans([later[worst]]), accel.figure,
-        "Rest before the motion too, so that the gyro's bias is known, and calibrate its scale.",
+        "Rest before the motion too, which gives the gyro's bias, and calibrate the gyro's scale.",
     )  # fmt: skip
 
 
@@ -169,16 +168,16 @@ def _check_trust(gyro: Sensor, course: Course) -> Iterator[Finding]:
     heading_text = f"known to {shorten(heading)} deg" if heading < 90.0 else "not known"
     yield Finding(
         SECTION, "trust", LIMITS["trust"].severity(share),
-        f"Gyro and accelerometer give the inclination to {shorten(middle)} deg (median of its "
-        f"standard deviation){doubt_text}; the heading against the start is {heading_text} at the "
-        "end.",
+        f"The inclination from gyro and accelerometer has a standard deviation of "
+        f"{shorten(middle)} deg (median){doubt_text}; the heading relative to the "
+        f"start is {heading_text} at the end.",
         share, "%", None, _spans_where(course.times, doubt), gyro.figure,
-        "Rest for some seconds now and then, and log at 100 Hz or more.",
+        "Include rests of some seconds, and log at 100 Hz or more.",
     )  # fmt: skip
 
 
 def _check_unclear_rest(gyro: Sensor, course: Course) -> Iterator[Finding]:
-    """Yield a steady rate that is a bias beyond the largest, or that of a rate table."""
+    """Yield a steady rate: a bias above the allowed limit, or a rate table."""
     seconds = _STEP_S * np.count_nonzero(course.unclear)
     if seconds < _MIN_UNCLEAR_S:
         return
@@ -188,16 +187,16 @@ def _check_unclear_rest(gyro: Sensor, course: Course) -> Iterator[Finding]:
     size = float(np.linalg.norm(rate))
     yield Finding(
         SECTION, "unclear rest", "look",
-        f"{gyro.label} is at rest, or on a rate table, for {seconds:.3g} s: a steady "
-        f"{math.degrees(size):.3g} deg/s about the vertical is beyond the largest bias.",
+        f"{gyro.label} is at rest, or on a rate table, for {seconds:.3g} s: its steady "
+        f"{math.degrees(size):.3g} deg/s about the vertical exceeds the largest bias.",
         math.degrees(size), "deg/s", None, spans, gyro.figure,
-        make_sentence("On a rate table nothing is to be done; for a bias give ",
+        make_sentence("For a rate table, do nothing; for a bias, give ",
                       bias_limit_advice(size), "."),
     )  # fmt: skip
 
 
 def _spans_where(times: Floats, where: Booleans) -> Spans:
-    """Return from when to when something holds, those next to each other as one."""
+    """Return the time spans in which a mask is True, adjacent ones merged."""
     return tuple(
         (round(max(0.0, float(times[a]) - _STEP_S), 3), round(float(times[b - 1]), 3))
         for a, b in runs(where).tolist()
@@ -205,20 +204,20 @@ def _spans_where(times: Floats, where: Booleans) -> Spans:
 
 
 class _LogVertical(NamedTuple):
-    """The log's own up or down in the axes of the sensor, and times since the beginning."""
+    """The log's own vertical, up or down, in sensor axes, and times since the beginning."""
 
     times: Floats
     axis: Floats
 
     def at(self, times: Floats) -> tuple[Floats, Booleans]:
-        """Return the row at or before each time, and True if there is one that is not old."""
+        """Return the row at or before each time, and True if that row is recent."""
         rows = np.clip(np.searchsorted(self.times, times, "right") - 1, 0, None)
         fresh = np.abs(times - self.times[rows]) < 2.0 * BLOCK_S
         return self.axis[rows], fresh & (times >= self.times[0])
 
 
 def _read_log_verticals(recording: Recording) -> Iterator[tuple[str, _LogVertical]]:
-    """Yield the orientations that the log has: a reference's, or those of a PX4's estimator."""
+    """Yield the orientations in the log: from a reference, or from PX4's estimator."""
     start = start_time(recording)
     for log in recording.of_kind("reference"):
         if log.channels == 4 and (vertical := _vertical_of_log(log, start)) is not None:
@@ -240,7 +239,7 @@ def _vertical_of_log(log: Log, start: float) -> _LogVertical | None:
 def _check_log_inclination(
     name: str, imu: Imu, accel: Sensor, vertical: _LogVertical
 ) -> Iterator[Finding]:
-    """Yield the angle between the log's own vertical and gravity, for any direction of its axes."""
+    """Yield the angle between the log's own vertical and gravity; vertical may be up or down."""
     off, where = [], []
     for rest in imu.rests:
         times = BLOCK_S * np.arange(rest.first + 1, rest.last + 1)
@@ -257,11 +256,10 @@ def _check_log_inclination(
     middle, sigma = float(np.median(off)), _median_sigma(np.array(off).ravel())
     yield Finding(
         SECTION, "log inclination", LIMITS["log inclination"].severity(middle, sigma or 0.0),
-        f"{name[0].upper()}{name[1:]} is {_format_median(middle, sigma)} deg from gravity "
-        "at rest (median "
-        f"of {count_noun(len(off), 'rest')} of {_MIN_REST_S:g} s and more).",
+        f"{name[0].upper()}{name[1:]} is {_format_median(middle, sigma)} deg off gravity "
+        f"at rest (median of {count_noun(len(off), 'rest')} of {_MIN_REST_S:g} s or more).",
         middle, "deg", sigma, rest_spans(where), accel.figure,
-        "Level the vehicle and calibrate its horizon; a sensor that is mounted askew shows here.",
+        "Level the vehicle and calibrate its horizon; a tilted mount of the sensor shows here.",
     )  # fmt: skip
 
 
@@ -281,11 +279,11 @@ def _compare_verticals(
     off = _angle_between_lines(axis, course.up)
     off = np.where(known, off, 0.0)
     worst = float(np.quantile(off[known], 0.95))
-    limit = LIMITS["attitudes apart"]
+    limit = LIMITS["attitudes differ"]
     yield Finding(
-        SECTION, "attitudes apart", limit.severity(worst),
-        f"{name[0].upper()}{name[1:]} and that of {gyro.label} and its accelerometer have their "
-        f"verticals {shorten(worst)} deg apart (95 % of where the latter is trusted; median "
+        SECTION, "attitudes differ", limit.severity(worst),
+        f"The verticals of {name} and of {gyro.label} with its accelerometer differ by up to "
+        f"{shorten(worst)} deg (95 % of the time the latter is trusted; median "
         f"{shorten(np.median(off[known]))}).",
         worst, "deg", None, _spans_where(course.times, off >= limit.look), gyro.figure,
         "Compare both with a level surface at rest.",

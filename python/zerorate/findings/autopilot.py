@@ -40,11 +40,11 @@ def autopilot_findings(recording: Recording) -> Iterator[Finding]:
 
 
 def rows_of(recording: Recording, topics: tuple[str, ...]) -> Iterator[tuple[str, TopicRows]]:
-    """Yield the rows of an autopilot's topics with this beginning; the log is opened again."""
+    """Yield the rows of topics whose name starts with a prefix; the log is opened again."""
     if all(log.meta.get("format") not in _FORMATS for log in recording.values()):
         return
     start = start_time(recording)
-    # What has become of the file since it was read is no finding.
+    # A file that changed since it was read gives no finding.
     with suppress(LogError, OSError):
         for name, columns in recording.tables(*topics):
             rows = _read_rows(columns, start)
@@ -62,7 +62,7 @@ def _read_rows(columns: TableColumns, start: float) -> TopicRows | None:
 
 
 def _check_vibe(rows: TopicRows) -> Iterator[Finding]:
-    """Yield findings on ArduPilot's rows: one per IMU with its number, or counters of all."""
+    """Yield findings on ArduPilot's rows: one for each numbered IMU, or counters of all IMUs."""
     numbers = rows.columns.get("IMU", np.zeros(len(rows.times)))
     for number in np.unique(numbers):
         of_imu = numbers == number
@@ -116,7 +116,7 @@ def _check_level(name: str, kind: str, values: Floats, times: Floats) -> Iterato
 
 
 def _check_clips(name: str, sensor: str, counts: Floats, times: Floats) -> Finding:
-    """Return the increase of a counter, which may restart."""
+    """Return the increase of a counter that may restart."""
     steps = np.diff(counts)
     steps = np.where(steps < 0, counts[1:], steps)
     growth, limit = float(steps.sum()), LIMITS["clips"]
@@ -124,12 +124,12 @@ def _check_clips(name: str, sensor: str, counts: Floats, times: Floats) -> Findi
         SECTION, "clips", limit.severity(growth),
         f"{name}: the counters of clipped {sensor} samples grew by {growth:.0f}.",
         growth, "", None, _spans_where(times[1:], steps > 0), "",
-        "Leave these spans out of any integral, and set a wider range.",
+        "Exclude these spans from integration, and set a wider range.",
     )  # fmt: skip
 
 
 def _spans_where(times: Floats, where: Booleans) -> Spans:
-    """Return from which row to which something holds, without a break."""
+    """Return first and last rows of runs in which a mask is True."""
     return tuple(
         (round(float(times[a]), 3), round(float(times[b - 1]), 3)) for a, b in runs(where).tolist()
     )

@@ -20,7 +20,7 @@ from zerorate.record.recording import Recording
 
 SECTION: Final = "Units and axes"
 _MAX_CHECKED_S: Final = 7200.0
-"""Longest part for units and axes, s: more adds nothing."""
+"""Longest part of a log used to check units and axes, s."""
 _REPORTED_STATUSES: Final = ("agrees", "partly seen")
 
 
@@ -42,7 +42,7 @@ def axes_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding
 
 
 def _select_liveliest_part(recording: Recording, gyro: Sensor) -> Recording:
-    """Return the two hours in which a gyro turns most, of a longer recording."""
+    """Return the two hours with the most rotation of a longer recording."""
     seconds = float(gyro.log.sampled[-1]) - gyro.start
     if seconds <= _MAX_CHECKED_S:
         return recording
@@ -64,7 +64,7 @@ def _describe_check(check: Checked, imu: Imu, start: float) -> Finding:
         f"{check.text[0].upper()}{check.text[1:]}.",
         check.ratio if check.alarm else None, "times worse" if check.alarm else "", None, spans,
         imu.sensors[0].figure,
-        "Other commands take --fix, which puts right what is exact." if check.alarm else "",
+        "Correct what is certain with the option --fix of other commands." if check.alarm else "",
     )  # fmt: skip
 
 

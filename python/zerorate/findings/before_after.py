@@ -1,4 +1,4 @@
-"""Two reports side by side: new, gone, worse, better or other findings, before and after."""
+"""Comparison of two reports: findings that are new, gone, worse, better or different."""
 
 from __future__ import annotations
 
@@ -17,17 +17,19 @@ from zerorate.findings.report import SECTIONS, Report
 from zerorate.record.saved import as_json
 from zerorate.views import Result
 
-Verdict = Literal["new", "worse", "gone", "better", "differs", "only before", "only after", "alike"]
+Verdict = Literal[
+    "new", "worse", "gone", "better", "differs", "only before", "only after", "unchanged"
+]
 VERDICTS: Final[tuple[Verdict, ...]] = (
-    "new", "worse", "gone", "better", "differs", "only before", "only after", "alike",
+    "new", "worse", "gone", "better", "differs", "only before", "only after", "unchanged",
 )  # fmt: skip
-"""In the order in which a person reads them."""
+"""Verdicts, most important first."""
 _FORMAT: Final = "zerorate report comparison"
 _VERSION: Final = 1
 _SIGNIFICANCE_SIGMAS: Final = 3.0
 """Standard errors beyond which two numbers differ."""
 _EXCLUDED_SECTIONS: Final = (CONTENTS, ENTER, RECORD)
-"""Sections whose findings are of no state of the sensors."""
+"""Sections without findings on the sensors' state."""
 
 
 @dataclass(frozen=True)
@@ -84,18 +86,18 @@ class Change:
         return (
             "differs"
             if difference and abs(difference[0]) > _SIGNIFICANCE_SIGMAS * difference[1]
-            else "alike"
+            else "unchanged"
         )
 
 
 @dataclass(frozen=True, eq=False)
 class BeforeAfter(Result):
-    """Two reports side by side, as `zerorate.report` of two logs returns it.
+    """Comparison of two reports, as `zerorate.report` of two logs returns it.
 
     Parameters
     ----------
     before, after : Report
-        Of the one log, and of the other.
+        Reports of the first and of the second log.
 
     Examples
     --------
@@ -167,7 +169,7 @@ class BeforeAfter(Result):
 
 
 def before_after(before: Report, after: Report) -> BeforeAfter:
-    """Return two reports side by side, for example before and after a change of a device.
+    """Compare two reports, for example before and after a change of a device.
 
     Findings of one kind on one sensor belong together. Two numbers differ if both have a standard
     error and their difference exceeds three of them.
@@ -183,7 +185,7 @@ def before_after(before: Report, after: Report) -> BeforeAfter:
     >>> logs = [zr.simulate_motion("hand", duration=30.0, seed=k).recording() for k in (1, 2)]
     >>> found = zr.findings.before_after(*map(zr.report, logs))
     >>> [change.verdict for change in found.changes if change.finding.kind == "rests"]
-    ['alike']
+    ['unchanged']
     """
     for report in (before, after):
         if not isinstance(report, Report):

@@ -19,11 +19,11 @@ from zerorate.types import Booleans, Floats, Integers
 
 SECTION: Final = "The clock"
 _TRIALS_PER_GAP: Final = 40
-"""Places near a gap for an estimate of its cost."""
+"""Simulated gaps near a gap, to estimate its cost."""
 _TRIAL_RANGE_GAPS: Final = 4
-"""Lengths of a gap within which such places lie."""
+"""Distance of simulated gaps from the gap, in lengths of the gap."""
 _MAX_GAPS: Final = 500
-"""Gaps that are looked at, about, of very many."""
+"""Approximate number of gaps examined if there are very many."""
 _MIN_LATE_STAMPS: Final = 3
 _SLOW_RATE_HZ: Final = 50.0
 
@@ -81,7 +81,7 @@ def _make_finding(
 ) -> Finding:
     return Finding(
         SECTION, kind, severity, text, float(value), LIMITS[kind].unit, None, spans, sensor.figure,
-        _ADVICE.get(kind, "Stamp samples where they are taken, not where they arrive."),
+        _ADVICE.get(kind, "Stamp samples when they are taken, not when they arrive."),
     )  # fmt: skip
 
 
@@ -91,7 +91,7 @@ _FEWER_TOPICS: Final = (
 _ADVICE: Final = {
     "no stamps": "Log the time of each sample, by the sensor's clock or the host's.",
     "gaps": "Log to a faster medium or log fewer other topics; then compare the lost share.",
-    "break": "Check if logging was stopped on purpose; the parts are treated together here.",
+    "break": "Check if logging was stopped on purpose; this report treats the parts as one log.",
 }
 
 
@@ -139,7 +139,7 @@ def _check_gaps(
     cost = math.degrees(sensor.factor * _gap_angle_error(sensor, firsts, lengths))
     text = f"{text_start}; a straight line over them is wrong by about {shorten(cost)} deg in all."
     severity = LIMITS["gaps"].severity(cost)
-    # So slow a log shows a part of the sensor's samples: what it lost says little of the sensor.
+    # A log so slow has a part of the sensor's samples: its losses say little of the sensor.
     severity = "look" if severity == "act" and sensor.log.rate < _SLOW_RATE_HZ else severity
     if RANKS[lost_severity] < RANKS[severity]:
         yield _make_finding(sensor, "lost samples", lost_severity, text, share, spans)
@@ -148,9 +148,9 @@ def _check_gaps(
 
 
 def _gap_angle_error(sensor: Sensor, firsts: Integers, lengths: Integers) -> float:
-    """Return the error of the angle where gaps are bridged, by gaps of their length put near each.
+    """Return the angle error of lines over gaps, from simulated gaps of equal length nearby.
 
-    Squares are summed over the gaps; of very many a part represents all.
+    Squares are summed over the gaps; if there are very many, over a part of them, scaled up.
     """
     sampled_gaps = range(0, firsts.size, math.ceil(firsts.size / _MAX_GAPS))
     gap_errors = [_trial_errors(sensor, int(firsts[i]), int(lengths[i])) for i in sampled_gaps]

@@ -9,11 +9,11 @@ from zerorate.record.recording import Recording
 
 SECTION = "What is here"
 _SLOW_RATE_HZ = 50.0
-"""Hz below which motion and vibration are not distinguished."""
+"""Rate below which motion and vibration are not distinguished, Hz."""
 
 
 def contents_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield findings on the contents, on assumptions made to read them, and on low rates."""
+    """Yield findings on contents, assumptions made while reading, and low rates."""
     labels = sensor_labels(recording)
     for name, log in recording.items():
         samples = f"{log.n} samples at {log.rate:.6g} Hz"

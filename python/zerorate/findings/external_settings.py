@@ -23,7 +23,7 @@ from zerorate.types import Floats
 SECTION: Final = "What to enter"
 _MIN_RATE_HZ: Final = 50.0
 _MIN_POSES: Final = 6
-"""Rests that may be the poses of a calibration, in as many directions as half of that."""
+"""Rests that a calibration needs, in half as many directions."""
 _MAX_POSE_COSINE: Final = np.cos(np.radians(30.0))
 
 
@@ -93,18 +93,18 @@ def _is_posed(imu: Imu) -> bool:
 
 
 def settings_findings(imu: Imu, models: LogModels) -> Iterator[Finding]:
-    """Yield the settings of each program that the log determines, as lines of its files."""
+    """Yield settings of each program, as lines of its files, where the log determines them."""
     longest = max(imu.rests, key=lambda rest: rest.seconds, default=None)
     static_spans = () if longest is None else rest_spans([longest])
     for program, write in _noise_files(imu, models).items():
         if (text := _write_or_none(write)) is not None:
             yield _make_finding(
-                imu, program, "noise of the noisiest axis at rest; in motion a filter wants more",
+                imu, program, "noise of the noisiest axis at rest; use larger values for motion",
                 text, static_spans,
             )  # fmt: skip
     for program, write in _calibration_files(models.calibration).items():
         if (text := _write_or_none(write)) is not None:
-            what = f"offsets and scales by {len(imu.rests)} rests and the turns between them"
+            what = f"offsets and scales from {len(imu.rests)} rests and the rotations between them"
             yield _make_finding(imu, program, what, text, rest_spans(imu.rests))
 
 
@@ -127,7 +127,7 @@ def _calibration_files(calibration: Calibration | None) -> dict[str, Callable[[]
 
 
 def _write_or_none(write: Callable[[], str]) -> str | None:
-    """Return a file's text, None where the log does not bear it out."""
+    """Return a file's text, None if the log does not determine it."""
     try:
         return write()
     except ValueError:

@@ -10,7 +10,7 @@ from zerorate.findings.limits import Severity
 
 Spans = tuple[tuple[float, float], ...]
 RANKS: Final = {"act": 0, "look": 1, "good": 2}
-"""Severities, what needs a person first."""
+"""Severities, most urgent first."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Finding:
     severity : str
         ``"good"``, ``"look"`` or ``"act"``.
     text : str
-        One sentence: the observation, never its cause.
+        The observation in one sentence, without its cause.
     value : float, optional
         Number behind the finding; never NaN.
     unit : str

@@ -1,4 +1,4 @@
-"""One gyro against another of the same body: delay, rotation and scale, each with its error."""
+"""Delay, rotation and scale between two gyros of one body, each with its error."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from zerorate.findings.imus import BLOCK_S, Sensor
 from zerorate.types import Booleans, Floats
 
 _CELL_S: Final = 0.04
-"""Seconds of which the mean rates are compared; more where samples are fewer."""
+"""Length of the compared mean rates, s; longer at low sample rates."""
 _WINDOW_S: Final = 20.0
 _MAX_WINDOWS: Final = 90
-"""Windows that are looked at, those that turn most: half an hour."""
+"""Number of windows with the most rotation that are compared: half an hour."""
 _MAX_DELAY_S: Final = 0.5
-"""Largest delay that is looked for, s."""
+"""Largest delay of the search, s."""
 _JACKKNIFE_PARTS: Final = 12
 """Number of parts of equal evidence for the jackknife of the errors."""
 _MIN_CELLS: Final = 200
 MIN_CORRELATION: Final = 0.95
-"""Correlation of what two gyros of one body show."""
+"""Least correlation of two gyros on one body."""
 _MAX_GAP_PERIODS: Final = 3.5
-"""Periods of a gap over which nothing is compared."""
+"""Length of a gap over which gyros are not compared, in periods."""
 _CLIPPING_FRACTION: Final = 0.995
-"""Part of the largest rate of an axis above which it may be clipped."""
+"""Fraction of an axis's largest rate above which a sample may be clipped."""
 _MAX_ITERATIONS: Final = 20
 _DELAY_TOLERANCE_S: Final = 1e-5
-"""Seconds of a step after which the delay is found."""
+"""Step of the delay at which the search ends, s."""
 
 
 class GyroDifference(NamedTuple):
@@ -40,20 +40,20 @@ class GyroDifference(NamedTuple):
     """
 
     correlation: float
-    """Correlation of the two after all that; below 0.95 they are not on one body."""
+    """Correlation of the two after correction; below 0.95 they are not on one body."""
     delay: float
     delay_sigma: float
     matrix: Floats
     turn_sigma: Floats
-    """Of the rotation about each axis of the first, rad."""
+    """Standard errors of the rotation about each axis of the first gyro, rad."""
     scale: Floats
     scale_sigma: Floats
     scatter: float
-    """Of the difference that is left, rad/s, over a cell."""
+    """RMS of the remaining difference of a cell, rad/s."""
 
 
 class _Cells(NamedTuple):
-    """Mean rates of the first and edges of cells that can be compared, window by window."""
+    """Mean rates of the first gyro and edges of usable cells, by window."""
 
     rates: Floats
     low: Floats
@@ -61,7 +61,7 @@ class _Cells(NamedTuple):
 
 
 class _GyroIntegral:
-    """The integral of a gyro: a piecewise cubic whose slope is the samples."""
+    """Integral of a gyro: a piecewise cubic whose derivative equals the samples."""
 
     def __init__(self, sensor: Sensor) -> None:
         increasing = np.append(True, np.diff(sensor.log.sampled) > 0.0)
@@ -85,7 +85,7 @@ class _GyroIntegral:
         self.holes = np.append(0, np.cumsum(holes))
 
     def at(self, times: Floats) -> tuple[Floats, Floats]:
-        """Return the angle and the rate at some times, each of shape (n, 3)."""
+        """Return the angle and the rate at given times, each of shape (n, 3)."""
         i = np.clip(np.searchsorted(self.time, times) - 1, 0, len(self.time) - 2)
         step = (self.time[i + 1] - self.time[i])[:, np.newaxis]
         u = ((times - self.time[i]) / step[:, 0])[:, np.newaxis]
@@ -128,14 +128,14 @@ def compare_gyros(first: Sensor, second: Sensor) -> GyroDifference | None:
             break
         delay += step
     difference = _estimate_difference(usable_cells.rates, rates, changes @ linear.T, delay)
-    # If no delay fits there is none to report, and the two may be of two bodies.
+    # Without a best delay the two gyros may be on two bodies.
     return (
         difference if abs(step) < _DELAY_TOLERANCE_S else difference._replace(delay_sigma=math.inf)
     )
 
 
 def _select_cells(first: Sensor, mine: _GyroIntegral, its: _GyroIntegral) -> _Cells | None:
-    """Return the cells of the windows that turn most."""
+    """Return the cells of the windows with the most rotation."""
     length = max(_CELL_S, 2.0 * max(mine.period, its.period))
     begin, end = max(mine.time[0], its.time[0]), min(mine.time[-1], its.time[-1])
     sizes = np.linalg.norm(first.blocks.mean, axis=1)
@@ -157,16 +157,16 @@ def _select_cells(first: Sensor, mine: _GyroIntegral, its: _GyroIntegral) -> _Ce
 
 
 def _mean_rates_at_delay(cells: _Cells, its: _GyroIntegral, delay: float) -> tuple[Floats, Floats]:
-    """Return mean rates of the second, later by a delay, and their derivatives by it."""
+    """Return the second gyro's mean rates, delayed, and their derivatives by the delay."""
     (below, slow), (above, fast) = its.at(cells.low + delay), its.at(cells.high + delay)
     length = (cells.high - cells.low)[:, np.newaxis]
     return (above - below) / length, (fast - slow) / length
 
 
 def _search_delay(cells: _Cells, its: _GyroIntegral) -> float:
-    """Return the delay at which a linear map of the second is most like the first, to a cell.
+    """Return the delay, to one cell, at which a linear map of the second gyro fits the first best.
 
-    Not that at which the sizes of the rates are: a bias is a part of them.
+    The norms of the rates cannot be used: they include the bias.
     """
     length = float(cells.high[0] - cells.low[0])
     count = round(_MAX_DELAY_S / length)
@@ -200,7 +200,7 @@ def _normal_sums(mine: Floats, its: Floats, delay_slopes: Floats) -> tuple[Float
 
 
 def _solve_sums(sums: tuple[Floats, ...]) -> tuple[float, Floats, Floats]:
-    """Return the steps of the delay, the linear map and the offset."""
+    """Return the corrections of the delay, the linear map and the offset."""
     gram, onto, along, (size, projection) = sums
     inverse = np.linalg.pinv(gram, hermitian=True)
     rest = size - float((along * (inverse @ along)).sum())
@@ -214,7 +214,7 @@ def _solve_step(mine: Floats, its: Floats, delay_slopes: Floats) -> tuple[float,
 
 
 def _split_polar(linear: Floats) -> tuple[Floats, Floats]:
-    """Return the rotation next to a linear map, and its stretch along the axes of the first."""
+    """Return the rotation nearest to a linear map, and its scale along the first gyro's axes."""
     left, sizes, right = np.linalg.svd(linear)
     sign = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right)) or 1.0])
     stretch = (left * sizes) @ left.T
@@ -242,7 +242,7 @@ def _estimate_difference(
         turn, stretch = _split_polar(partial_map)
         numbers.append(np.concatenate([[step_change], _rotation_vector(turn @ matrix.T), stretch]))
     spread = np.std(numbers, axis=0) * math.sqrt(_JACKKNIFE_PARTS - 1.0)
-    # Noise in what is compared with makes the answer small, by this much at most.
+    # Noise of the first gyro reduces the fitted scale, by at most this.
     attenuation = (
         0.5
         * float(np.mean(np.square(residual)))

@@ -22,13 +22,13 @@ GRAVITY_M_S2: Final = 9.80665
 BLOCK_S: Final = 0.5
 """Seconds of a block."""
 _MIN_RATE_HZ: Final = 10.0
-"""Least rate of a sensor for a test of rest by blocks, Hz."""
+"""Least rate of a sensor for the test of rest in blocks, Hz."""
 _MIN_REST_BLOCKS: Final = 4
 """Blocks of the shortest rest."""
 _AXES: Final = 3
 _MAX_MEDIAN_SAMPLES: Final = 100_000
 _MIN_PRESENT_SHARE: Final = 0.5
-"""Least share of a block's samples for its use."""
+"""Least share of a block's samples for the block to be used."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ class Sensor:
     log: Log
     factor: float | None
     start: float
-    """Seconds that count as the beginning."""
+    """Time of the sensor's first sample, s."""
 
     @property
     def figure(self) -> str:
@@ -104,7 +104,7 @@ class Sensor:
 def _block_statistics(column: Floats, cuts: Integers) -> tuple[Floats, Floats, Floats]:
     """Return mean, scatter and number of the samples between cuts."""
     good = np.isfinite(column)
-    # A value in their midst, so that squares keep their digits.
+    # Subtract a typical value, so that squares keep their digits.
     subset = column[:: max(1, len(column) // _MAX_MEDIAN_SAMPLES)]
     subset = subset[np.isfinite(subset)]
     middle = float(np.median(subset)) if subset.size else 0.0
@@ -119,7 +119,7 @@ def _block_statistics(column: Floats, cuts: Integers) -> tuple[Floats, Floats, F
 
 
 def _sums(values: npt.NDArray[Number], cuts: Integers) -> npt.NDArray[Number]:
-    """Return the sums of values between cuts, 0 of none."""
+    """Return the sums of values between cuts, 0 without values."""
     padded = np.append(values, values.dtype.type(0))
     sums = np.add.reduceat(padded, np.minimum(cuts[:-1], len(values)))
     return np.asarray(np.where(np.diff(cuts) > 0, sums, 0))
@@ -169,7 +169,7 @@ class Imu:
 def _is_quiet(
     scatter: Floats, present: Booleans, max_scatter: float, min_scatter: float
 ) -> Booleans:
-    """Return the mask of blocks that scatter about as little as the quietest twentieth."""
+    """Return the mask of blocks whose scatter is close to that of the quietest twentieth."""
     worst = scatter.max(axis=1)
     present_scatter = worst[present & np.isfinite(worst)]
     floor = float(np.quantile(present_scatter, 0.05)) if present_scatter.size else 0.0
@@ -204,7 +204,7 @@ def find_imus(recording: Recording) -> tuple[Imu, ...]:
 
 
 def _imu_name(number: str, gyro: Sensor | None, accel: Sensor | None) -> str:
-    """Return the device's name of labels such as ``imu2 gyro``, else its number in the file."""
+    """Return the device's name from a label such as ``imu2 gyro``, else its number in the file."""
     sensor = gyro or accel
     device = "" if sensor is None else sensor.label.rpartition(" ")[0]
     return device or f"IMU {number.removeprefix('_') or '0'}"

@@ -1,4 +1,4 @@
-"""The limits above which a finding is worth a look or requires action, with sources."""
+"""Limits above which a finding is worth a look or requires action, with sources."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Limit:
     source: str
 
     def severity(self, value: float, sigma: float = 0.0) -> Severity:
-        """Return the severity of a value; "act" requires that it passes by two standard errors."""
+        """Return the severity of a value; "act" only if two standard errors above the bound."""
         if value - 2.0 * sigma >= self.act:
             return "act"
         return "look" if value >= self.look else "good"
@@ -53,7 +53,7 @@ _VIBRATION: Final = "ArduPilot wiki, Measuring Vibration"
 
 
 def _limit_from_act(what: str, unit: str, act: float, source: str) -> Limit:
-    """Return a limit without a lower one of its source: halfway, as factors go, to a third."""
+    """Return a limit whose source has only the upper bound; the lower bound is that over √3."""
     return Limit(what, unit, act / _LOOK_DIVISOR, act, source)
 
 
@@ -68,7 +68,7 @@ LIMITS: Final[Mapping[str, Limit]] = {
     ),
     "no stamps": Limit(
         "clocks without timestamps", "", 1, math.inf,
-        "own: without stamps a lost sample shifts all later ones, unseen",
+        "own: without stamps nothing shows that a lost sample shifts all later ones",
     ),
     "repeated stamps": Limit(
         "stamps that repeat the one before", "", 1, math.inf,
@@ -76,10 +76,10 @@ LIMITS: Final[Mapping[str, Limit]] = {
     ),
     "break": Limit(
         "longest break of the log", "s", 1.7, math.inf,
-        "own: 3 s / √3; in 3 s a hand or a vehicle turns anywhere",
+        "own: 3 s / √3; in 3 s a hand or a vehicle can turn to any heading",
     ),
     "gaps": _limit_from_act(
-        "error of angle where lost samples are bridged", "deg", 1.0,
+        "angle error of a straight line over lost samples", "deg", 1.0,
         "own: 1 deg of heading is 1.7 m in 100 m",
     ),
     "lost samples": Limit(
@@ -96,24 +96,26 @@ LIMITS: Final[Mapping[str, Limit]] = {
     ),
     "at its limit, longest": Limit(
         "longest time at the limit", "s", math.inf, 0.2,
-        "own: half a period of 2.5 Hz, of a hand or a foot; its neighbours do not show it",
+        "own: half a period of 2.5 Hz, a motion of hands and feet; samples next to it do not show "
+        "its peak",
     ),
     "soft limit": Limit(
-        "share of samples at a limit that is not flat", "%", 0.1 / _LOOK_DIVISOR, math.inf,
-        "own: as for samples at their limit",
+        "share of samples at a soft limit", "%", 0.1 / _LOOK_DIVISOR, math.inf,
+        "own: the same as for samples at their limit",
     ),
     "equal samples": Limit(
         "equal samples one after the other", "", 58, 100, "PX4, VALUE_EQUAL_COUNT_DEFAULT"
     ),
     "spikes": Limit(
         "single samples far from both neighbours", "", 7, math.inf,
-        "own: 12 / √3; no such number in 200 simulated logs without faults",
+        "own: 12 / √3; none of 200 simulated logs without faults has 12",
     ),
     "spikes, share": Limit(
-        "share of such samples", "%", math.inf, 0.1, "own: one sample in a thousand"
+        "share of single samples far from both neighbours", "%", math.inf, 0.1,
+        "own: one sample in a thousand"
     ),
     "coarse step": Limit(
-        "step of the numbers over their scatter at rest", "", 2.0, math.inf,
+        "step between numbers over their scatter at rest", "", 2.0, math.inf,
         "own: a step of twice the scatter hides the noise",
     ),
     "gyro bias": _limit_from_act(
@@ -121,13 +123,16 @@ LIMITS: Final[Mapping[str, Limit]] = {
         "own: the difference that ArduPilot's arming check allows two gyros",
     ),
     "bias moves": Limit(
-        "bias of the gyro between two rests", "deg/s", 0.1, math.inf, "own: 6 deg in a minute"
+        "bias of the gyro between two rests", "deg/s", 0.1, math.inf,
+        "own: 0.1 deg/s is 6 deg of heading in a minute"
     ),
     "bias by temperature": Limit(
         "bias of the gyro by temperature", "deg/s/K", 0.03, math.inf,
-        "own: ten kelvins move the bias by 0.3 deg/s, three times what is looked at above",
+        "own: 10 K move the bias by 0.3 deg/s, three times the limit between two rests",
     ),
-    "gravity": _limit_from_act("norm at rest from 9.807 m/s²", "m/s²", 0.4, "PX4, EKF2_ABL_LIM"),
+    "gravity": _limit_from_act(
+        "difference of the norm at rest from 9.807 m/s²", "m/s²", 0.4, "PX4, EKF2_ABL_LIM"
+    ),
     "gyro noise": Limit(
         "noise of the gyro at rest", "deg/s/√Hz", 0.15 / _LOOK_DIVISOR, math.inf,
         "own: 0.15 / √3; 0.15 is 30 times the data sheet of the MPU-6050",
@@ -137,9 +142,9 @@ LIMITS: Final[Mapping[str, Limit]] = {
         "own: 1500 / √3; 1500 is about four times the data sheet of the MPU-6050",
     ),
     "vibration": Limit("vibration by ArduPilot's rule, 95 %", "m/s²", 30.0, 60.0, _VIBRATION),
-    "folded peak": Limit(
-        "amplitude of a peak that sampling folds", "m/s²", 3 / _LOOK_DIVISOR, math.inf,
-        "own: 3 / √3; 3 m/s² is a third of gravity at a frequency that is not its own",
+    "aliased peak": Limit(
+        "amplitude of an aliased peak", "m/s²", 3 / _LOOK_DIVISOR, math.inf,
+        "own: 3 / √3; 3 m/s² is a third of gravity, at a false frequency",
     ),
     "vibration metric": Limit(
         "PX4's own vibration metric, 95 %", "m/s²", 4.905, 9.81, "PX4 flight_review's plot"
@@ -157,21 +162,22 @@ LIMITS: Final[Mapping[str, Limit]] = {
         "own: 10 ms / √3; at 100 deg/s two gyros 10 ms apart differ by a degree",
     ),
     "scales differ": Limit(
-        "scale between two gyros, from one", "%", 3.0, math.inf, "MPU-6050, sensitivity tolerance"
+        "difference of the scale between two gyros from one", "%", 3.0, math.inf,
+        "MPU-6050, sensitivity tolerance"
     ),
-    "arrivals": Limit(
-        "inclination by gyro and accelerometer from gravity as rests begin, median",
+    "inclination": Limit(
+        "error of the inclination from gyro and accelerometer when a rest begins, median",
         "deg", 5.0, math.inf, _ARMING,
     ),
     "trust": Limit(
-        "share of time in which the inclination is known to worse than 5 deg",
-        "%", 90.0, math.inf, "own: known in less than a tenth of the time",
+        "share of time with a standard deviation of the inclination above 5 deg",
+        "%", 90.0, math.inf, "own: the inclination is known for less than a tenth of the time",
     ),
     "log inclination": _limit_from_act(
-        "the log's own inclination from gravity at rest, median", "deg", 5.0, _ARMING
+        "error of the log's own inclination against gravity at rest, median", "deg", 5.0, _ARMING
     ),
-    "attitudes apart": Limit(
-        "the log's own vertical from that of gyro and accelerometer, 95 %",
+    "attitudes differ": Limit(
+        "angle between the log's own vertical and that from gyro and accelerometer, 95 %",
         "deg", 5.0, math.inf, _ARMING,
     ),
     "receiver's clock": Limit(
@@ -179,11 +185,11 @@ LIMITS: Final[Mapping[str, Limit]] = {
         "own: at 5 m/s 0.2 s is a metre, 1 s five",
     ),
     "innovations": Limit(
-        "innovations over the standard deviations that fixes state", "", 2.0, math.inf,
-        "own: fixes are off by twice what they state",
+        "innovations over the standard deviations that the receiver states", "", 2.0, math.inf,
+        "own: errors are twice the stated standard deviations",
     ),
     "heading error": _limit_from_act(
-        "error of a level heading by hard iron", "deg", 10.0,
+        "heading error of a level sensor from hard iron", "deg", 10.0,
         "own: 10 deg of heading are 18 m in 100 m",
     ),
     "iron changes": Limit(
@@ -195,4 +201,4 @@ LIMITS: Final[Mapping[str, Limit]] = {
         "own: 1.2 s of a minute",
     ),
 }  # fmt: skip
-"""Of each kind of finding; the documentation shows this table."""
+"""Limits by kind of finding; the documentation shows this table."""

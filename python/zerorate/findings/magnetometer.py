@@ -1,4 +1,4 @@
-"""The magnetometer's disturbance: iron, found with the gyro, and unexplained spans."""
+"""Findings on the magnetometer: iron, from the gyro's rotation, and unexplained spans."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from zerorate.record.recording import Recording
 
 SECTION: Final = "Magnetometer"
 _MAX_CALIBRATED_S: Final = 240.0
-"""Seconds of which iron is found in a second or two."""
+"""Longest part searched for iron, s: a second or two of computation."""
 
 
 def magnetometer_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield findings on the iron near the first magnetometer, and on its field, by rotation."""
+    """Yield findings on iron near the first magnetometer and on its field, from rotation."""
     imu = next((candidate for candidate in imus if candidate.still.size), None)
     if imu is None or imu.gyro is None or recording.mag is None:
         return
@@ -38,7 +38,7 @@ def magnetometer_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator
     if all(span.kind == "still" for span in calibration.spans):
         yield Finding(
             SECTION, "magnetometer", "good",
-            "The magnetometer: this log hardly turns, so neither iron nor field is known.",
+            "The magnetometer: this log has too little rotation to determine iron or field.",
             figure=gyro.figure,
         )  # fmt: skip
         return
@@ -47,7 +47,7 @@ def magnetometer_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator
 
 
 def _select_turning_part(recording: Recording, gyro: Sensor) -> Recording:
-    """Return the part of a long recording that turns most."""
+    """Return the part of a long recording with the most rotation."""
     width = round(_MAX_CALIBRATED_S / BLOCK_S)
     rates = np.linalg.norm(np.nan_to_num(gyro.blocks.mean), axis=1)
     if len(rates) <= width:
@@ -83,7 +83,9 @@ def _check_iron(calibration: MagnetometerCalibration, gyro: Sensor) -> Iterator[
         if group.applied
     ]
     if not errors:
-        text = "The magnetometer's samples turn with the gyro: no hard iron needs to be subtracted."
+        text = (
+            "The magnetometer has no hard iron to subtract: its samples follow the gyro's rotation."
+        )
         yield Finding(SECTION, "heading error", "good", text, figure=gyro.figure)
         return
     worst, group = max(errors)
@@ -92,7 +94,7 @@ def _check_iron(calibration: MagnetometerCalibration, gyro: Sensor) -> Iterator[
         SECTION, "heading error", LIMITS["heading error"].severity(worst),
         f"A hard iron of {shorten(size, 3)} {calibration.unit} turns the heading of a level sensor "
         "by up to "
-        f"{shorten(worst)} deg, where no one takes it off.",
+        f"{shorten(worst)} deg if it is not subtracted.",
         worst, "deg", None, _spans_where(calibration, gyro, lambda span: span.group == group),
         gyro.figure,
         "Calibrate the magnetometer where it is mounted: "
@@ -112,7 +114,7 @@ def _check_disturbance(calibration: MagnetometerCalibration, gyro: Sensor) -> It
             SECTION, "iron changes", LIMITS["iron changes"].severity(len(changes)),
             f"The hard iron of the magnetometer changes {listed}.",
             float(len(changes)), "", None, starts, gyro.figure,
-            "Record again with everything that carries current or iron where it stays.",
+            "Record again with all wires and iron parts fixed in their final places.",
         )  # fmt: skip
     if calibration.disturbed:
         share = 100.0 * calibration.disturbed
@@ -121,7 +123,7 @@ def _check_disturbance(calibration: MagnetometerCalibration, gyro: Sensor) -> It
             f"No hard iron explains the magnetometer's field in {shorten(share)} % of the log.",
             share, "%", None,
             _spans_where(calibration, gyro, lambda span: span.kind == "disturbed"),
-            gyro.figure, "Leave these spans out of any heading.",
+            gyro.figure, "Do not use the magnetometer for heading in these spans.",
         )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Quantities that a log leaves unidentifiable, and the recording that would determine them."""
+"""Quantities that a log does not determine, and the recording that would."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from zerorate.record.recording import Recording
 
 SECTION: Final = "What to record next"
 _MIN_VIBRATION_RATE_HZ: Final = 90.0
-"""Hz from which on a log shows vibration."""
+"""Least rate of a log that shows vibration, Hz."""
 _LONG_REST_ADVICE: Final = "Ten minutes at rest, on a firm table"
 
 
 def next_record_findings(
     recording: Recording, imu: Imu, models: LogModels, findings: Sequence[Finding]
 ) -> Iterator[Finding]:
-    """Yield the quantities that this log does not determine, and the record that would."""
+    """Yield the recordings that would determine what this log does not."""
     missing_by_advice: dict[str, list[str]] = {}
     for what, advice in _list_missing(recording, imu, models, findings):
         missing_by_advice.setdefault(advice, []).append(what)
@@ -54,12 +54,15 @@ def _list_missing(
     if models.calibration is None:
         yield (
             "scale, misalignment and bias of the accelerometer",
-            "Twelve poses and more, five seconds each, with turns between them",
+            "Twelve or more poses of five seconds each, with rotations between them",
         )
     if "temperature" not in recording:
-        yield "the bias by temperature", "The sensor's temperature, with its samples"
+        yield "the bias by temperature", "The sensor's temperature with each sample"
     elif any(one.kind == "bias by temperature" and one.value is None for one in findings):
-        yield "the bias by temperature", "Still from cold until it is warm, and cool again"
+        yield (
+            "the bias by temperature",
+            "At rest while the sensor warms up from cold and cools down again",
+        )
     yield from _list_missing_motion(recording, findings)
 
 
@@ -79,10 +82,10 @@ def _list_missing_motion(
 ) -> Iterator[tuple[str, str]]:
     kinds = {(one.section, one.kind) for one in findings}
     if not any(section == AXES and kind.startswith("scale") for section, kind in kinds):
-        yield "the scale of the gyro", "Turns by hand about all three axes, a minute of them"
+        yield "the scale of the gyro", "A minute of rotations by hand about all three axes"
     second_gyro = recording.get("gyro_1")
     if second_gyro is not None and (PAIRS, "delay") not in kinds:
-        turns = "Turns by hand about all three axes, a minute of them"
+        turns = "A minute of rotations by hand about all three axes"
         yield (
             "delay, rotation and scale between its IMUs",
             turns
@@ -90,6 +93,6 @@ def _list_missing_motion(
             else "Gyro and accelerometer at 100 Hz and more",
         )
     if recording.mag is not None and (MAGNETOMETER, "field") not in kinds:
-        yield "iron near the magnetometer", "Turns by hand about all three axes, a minute of them"
+        yield "iron near the magnetometer", "A minute of rotations by hand about all three axes"
     if (RECEIVER, "fixes") in kinds and (RECEIVER, "innovations") not in kinds:
         yield "the receiver's clock and errors", "A drive with turns and stops, some minutes long"

@@ -1,4 +1,4 @@
-"""IMUs of one body compared: differences in motion and at rest, and the outlier."""
+"""Comparison of the IMUs of one body: differences in motion and at rest, and the outlier."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from zerorate.types import Booleans, Floats
 
 SECTION: Final = "IMUs against one another"
 _MIN_VOTERS: Final = 3
-"""IMUs without which none is the odd one."""
+"""Number of IMUs needed to find an outlier."""
 _TURNING_RATE_RAD_S: Final = 0.2
-"""Rad/s of a block that turns."""
+"""Rate above which a block counts as rotating, rad/s."""
 _MIN_TURNING_BLOCKS: Final = 20
 """Fewest blocks with rotation for a comparison."""
 _MAX_ROTATION_SIGMA_DEG: Final = 1.0
@@ -32,7 +32,7 @@ _MAX_SCALE_SIGMA: Final = 0.01
 _MIN_CALM_BLOCKS: Final = 8
 _MAX_TILT_RAD: Final = math.radians(10.0)
 _OUTLIER_RATIO: Final = 3.0
-"""Ratio of the odd one's distance from the others to their distance from each other."""
+"""Ratio of the outlier's distance from the others to their distance from each other."""
 _QUANTITIES: Final = {
     "delay": "delay",
     "scales differ": "scale",
@@ -43,7 +43,7 @@ _QUANTITIES: Final = {
 
 
 def pair_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield the differences of each two IMUs found to be on one body, and the outlier."""
+    """Yield the differences of each pair of IMUs on one body, and the outlier."""
     usable = [imu for imu in imus if imu.still.size and imu.gyro is not None]
     findings = {
         (one.name, other.name): list(_compare_pair(one, other))
@@ -84,7 +84,7 @@ def _compare_pair(one: Imu, other: Imu) -> Iterator[Finding]:
 
 
 def _compare_turning(one: Imu, other: Imu, present: Booleans) -> GyroDifference | None:
-    """Return the difference of two gyros by rotations, None where there are too few."""
+    """Return the difference of two gyros in motion, None if there is too little rotation."""
     if one.gyro is None or other.gyro is None:
         return None
     rates = (imu.gyro.blocks.mean[: len(present)] for imu in (one, other) if imu.gyro is not None)
@@ -114,7 +114,7 @@ def _describe_turning(one: Imu, other: Imu, difference: GyroDifference) -> Itera
             SECTION, "delay", _severity_beyond_error("delay", abs(delay), sigma),
             f"{its.label} is {format_with_error(abs(delay), sigma)} ms {order} than {mine.label}.",
             abs(delay), "ms", sigma, (), mine.figure,
-            "Shift the one by it before the two are compared or averaged.",
+            "Shift one of them by this delay before you compare or average them.",
         )  # fmt: skip
     known_axes = np.flatnonzero(difference.scale_sigma < _MAX_SCALE_SIGMA)
     if known_axes.size:
@@ -129,7 +129,7 @@ def _describe_turning(one: Imu, other: Imu, difference: GyroDifference) -> Itera
             SECTION, "scales differ", _severity_beyond_error("scales differ", value, error),
             f"{mine.label} shows {scales} of what {its.label} does.",
             value, "%", error, (), mine.figure,
-            "Turn each axis by a known angle to find which of them is right: `zerorate calibrate`.",
+            "Rotate each axis by a known angle to find the correct one: `zerorate calibrate`.",
         )  # fmt: skip
 
 
@@ -163,7 +163,7 @@ def find_outlier_imu(
 
 
 def _is_outlier(own_differences: Sequence[Finding], remaining: Finding) -> bool:
-    """Return True if all differences from one are three times the others' median, beyond errors."""
+    """Return True if one IMU differs from all others by three times their median difference."""
     near = min(own_differences, key=lambda one: one.value or 0.0)
     mine, its = near.value or 0.0, remaining.value or 0.0
     sigma = math.hypot(near.sigma or 0.0, remaining.sigma or 0.0)
@@ -179,11 +179,11 @@ def _describe_outlier(
         for one in (nearest, remaining)
     )
     return Finding(
-        SECTION, "odd one", nearest.severity,
-        f"Of {count} IMUs, {imu.name} is the odd one by {what}: at least {own} from the others, "
+        SECTION, "outlier", nearest.severity,
+        f"Of {count} IMUs, {imu.name} is the outlier in {what}: at least {own} from the others, "
         f"which differ by {rest}{'' if count == _MIN_VOTERS else ' (median)'}.",
         nearest.value, remaining.unit, nearest.sigma, (), imu.sensors[0].figure,
-        "Leave it out, or look at its mount, its range and its filter.",
+        "Exclude it, or check its mount, its range and its filter.",
     )  # fmt: skip
 
 
@@ -217,5 +217,6 @@ def _compare_means(kind: str, mine: Sensor, its: Sensor, matrix: Floats, calm: B
         f"{mine.label} and {its.label} differ by {format_with_error(size, sigma)} {limit.unit} "
         f"over {seconds:.3g} calm seconds.",
         size, limit.unit, sigma, mine.spans(np.arange(0)), mine.figure,
-        "Keep it still for ten seconds in several poses; of three IMUs or more, the odd one shows.",
+        "Keep it still for ten seconds in several poses; with three IMUs or more this shows the "
+        "outlier.",
     )  # fmt: skip

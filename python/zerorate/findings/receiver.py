@@ -1,4 +1,4 @@
-"""The receiver: checks against the sensors, its clock, its stated standard deviations."""
+"""Findings on the receiver: checks against the sensors, clock, stated standard deviations."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from zerorate.types import Floats
 
 SECTION: Final = "Receiver"
 _MAX_NAVIGATED_S: Final = 900.0
-"""Seconds that are navigated."""
+"""Time that is navigated, s."""
 _LEAD_S: Final = 60.0
-"""Seconds of them before it first moves."""
+"""Part of it before the first motion, s."""
 _MIN_FIXES: Final = 30
 """Fewest fixes for a finding."""
 _COARSE_OFFSET_S: Final = 1.0
 _CHI2_MEDIAN: Final = 2.366
-"""Of chi squared of three degrees: of the innovations of a position, or of a velocity."""
+"""Median of chi squared with three degrees of freedom: innovations of position or velocity."""
 
 
 def _read_fixes(recording: Recording) -> Fixes | None:
@@ -74,7 +74,7 @@ def receiver_findings(
         if all(candidate.what == "clock" for candidate in mistakes):
             yield from _check_navigation(sensors, fixes, checks, gyro)
     except LogError:
-        text = "The fixes lead no track in this log: their clock and their errors are unknown."
+        text = "Fixes and sensors give no track: clock and errors of the fixes are unknown."
         yield Finding(SECTION, "track", "good", text, figure=gyro.figure)
 
 
@@ -97,17 +97,17 @@ def _describe_mistakes(
             SECTION, f"receiver: {finding.what}", severity,
             f"{finding.text[0].upper()}{finding.text[1:].rstrip('.')}.",
             finding.value if known else None, "", None, (), gyro.figure,
-            "Put it right where the log is written, or by the options of `zerorate navigate`.",
+            "Correct it in the logger, or with the options of `zerorate navigate`.",
         )  # fmt: skip
     if not mistakes and not doubts:
-        text = "Sensors and fixes do not contradict each other in units, signs, axes or clocks."
+        text = "Sensors and fixes agree in units, signs, axes and clocks."
         yield Finding(SECTION, "receiver", "good", text, figure=gyro.figure)
 
 
 def _check_navigation(
     sensors: Recording, fixes: Fixes, checks: NavigationChecks, gyro: Sensor
 ) -> Iterator[Finding]:
-    """Yield clock and innovations of a part that is navigated, where nothing contradicts."""
+    """Yield findings on clock and innovations from a navigated part without contradictions."""
     coarse_offset = checks.lag if abs(checks.lag) > _COARSE_OFFSET_S else 0.0
     sensors, fixes = _select_navigable_part(sensors, fixes, coarse_offset)
     start = find_beginning(sensors, fixes, noise="stated", checks=checks)
@@ -119,7 +119,7 @@ def _check_navigation(
 def _select_navigable_part(
     sensors: Recording, fixes: Fixes, coarse_offset: float
 ) -> tuple[Recording, Fixes]:
-    """Return at most a quarter of an hour of both: from a minute before it first moves."""
+    """Return recording and fixes for up to 15 minutes from a minute before the first motion."""
     log = sensors["gyro"]
     if log.duration <= _MAX_NAVIGATED_S:
         return sensors, fixes
@@ -133,7 +133,7 @@ def _select_navigable_part(
 
 
 def _motion_start(fixes: Fixes) -> float:
-    """Return the time at which the receiver first moves by metres, s."""
+    """Return the time of the receiver's first motion by metres, s."""
     positions = fixes.position[:, :2]
     is_displaced = (
         np.abs(positions - np.nanmedian(positions[:_MIN_FIXES], axis=0)).max(axis=1) > 1e-4
@@ -165,13 +165,13 @@ def _describe_clock(offset: TimeOffset | None, gyro: Sensor, known: bool) -> Ite
     if offset.rate:
         drift = format_with_error(1e6 * offset.rate, 1e6 * offset.rate_sigma)
         text += f"; the offset grows by {drift} microseconds a second"
-    # Clocks that are far apart have a finding of their own.
+    # A large offset has a finding of its own.
     severity = "good" if known else LIMITS["receiver's clock"].severity(size, offset.sigma)
     yield Finding(
         SECTION, "receiver's clock", severity, f"{text}.",
         size, "s", offset.sigma, (), gyro.figure,
-        "Give it to the filter: `--time-offset auto`; EKF2_GPS_DELAY of PX4, GPS1_DELAY_MS of "
-        "ArduPilot.",
+        "Set this offset in the filter: `--time-offset auto`, EKF2_GPS_DELAY (PX4), GPS1_DELAY_MS "
+        "(ArduPilot).",
     )  # fmt: skip
 
 
@@ -192,19 +192,21 @@ def _check_innovations(start: Beginning, fixes: Fixes, gyro: Sensor) -> Iterator
         if len(finite) < _MIN_FIXES:
             continue
         ratio, error = _innovation_ratio(finite)
-        expectation = "their stated deviations" if sigma is not None else "usual ones"
+        expectation = (
+            "their stated standard deviations" if sigma is not None else "usual standard deviations"
+        )
         yield Finding(
             SECTION, "innovations", LIMITS["innovations"].severity(ratio),
             f"Innovations of {what} are {format_with_error(ratio, error)} times as large "
             f"as {expectation} let "
             "expect.",
             ratio, "", error, (), gyro.figure,
-            "Give the filter larger ones, or let it adapt (`adapt='inflate'`).",
+            "Set larger standard deviations, or let the filter adapt them (`adapt='inflate'`).",
         )  # fmt: skip
 
 
 def _innovation_ratio(nis: Floats) -> tuple[float, float]:
-    """Return the root of the median innovation squared over its expectation, by ten blocks."""
+    """Return the root of the median squared innovation over its expectation, in ten blocks."""
     parts = [float(np.median(one)) for one in (nis, *np.array_split(nis, 10))]
     value, *tenths = np.sqrt(np.array(parts) / _CHI2_MEDIAN).tolist()
     return value, float(np.std(tenths, ddof=1)) / math.sqrt(len(tenths))

@@ -67,7 +67,7 @@ class _ReportInput:
         return fit_log_models(self.recording, self.imus[0])
 
     def remark_findings(self, check: str, section: str, sensor: str) -> Iterator[Finding]:
-        """Yield the alarms that one check of the preparation raised about the recording."""
+        """Yield the alarms of one check of the preparation."""
         figure = next((s.figure for imu in self.imus for s in imu.sensors if s.name == sensor), "")
         for remark in self.remarks:
             if remark.check == check and remark.alarm:
@@ -249,7 +249,7 @@ def findings_of(
     for number, (name, find) in enumerate(SECTIONS.items()):
         if progress is not None:
             progress(name.lower(), number / len(SECTIONS))
-        # Values so large that they overflow pass no limit.
+        # Values that overflow exceed no limit.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             report_input.findings.extend(find(report_input))
     return Report(tuple(report_input.findings), recording.source, recording)

@@ -20,16 +20,16 @@ MIN_BIAS_REST_S, MIN_NOISE_REST_S = 4.0, 12.0
 """Shortest rest for the bias, and for the noise, s."""
 _MAX_HALF_DIFFERENCE_RAD_S: Final = math.radians(0.3)
 _MAX_BIAS_DEG_S: Final = 10.0
-"""Largest bias, deg/s, that a gyro is believed to have, as of `zerorate.Attitude`."""
+"""Largest rate that counts as a gyro's bias, deg/s, as in `zerorate.Attitude`."""
 _SAME_BIAS_DEG_S: Final = 0.5
-"""Difference, deg/s, of one bias in two rests."""
+"""Largest difference of one bias between two rests, deg/s."""
 _MIN_RATE_HZ: Final = 50.0
 _WINDOW_S: Final = 4.0
 _MEDIAN_OVER_MEAN: Final = 0.97
-"""Median of a periodogram of eight windows over its mean, about."""
+"""Approximate ratio of median to mean of a periodogram of eight windows."""
 _UG_PER_M_S2: Final = 1e6 / GRAVITY_M_S2
 _ONE_SIDED_FACTOR: Final = math.sqrt(2.0)
-"""A density of one side over that of two, which is the N of an Allan deviation."""
+"""Ratio of a one-sided density to a two-sided one, the N of an Allan deviation."""
 
 
 def rest_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
@@ -97,23 +97,23 @@ def _check_bias(imu: Imu) -> Iterator[Finding]:
     at, axis = np.unravel_index(np.argmax(np.abs(values)), values.shape)
     worst, sigma = float(abs(values[at, axis])), float(sigmas[at, axis])
     severity = LIMITS["gyro bias"].severity(worst, sigma)
-    consequence = f"{shorten(60.0 * worst, 3)} deg in a minute if it stays"
+    consequence = f"{shorten(60.0 * worst, 3)} deg in a minute if it is constant"
     if severity != "good" and _may_turn(imu, usable[at], values, int(at)):
-        severity, consequence = "look", "a bias, or an even turn about the vertical"
+        severity, consequence = "look", "a bias, or a steady rotation about the vertical"
     yield Finding(
         SECTION, "gyro bias", severity,
         f"{gyro.label} shows {format_with_error(worst, sigma)} deg/s about {'xyz'[axis]} at "
         f"rest: {consequence}.",
         worst, "deg/s", sigma, rest_spans([usable[at]]), gyro.figure,
-        "Start with some seconds at rest, so that a filter takes it off.",
+        "Begin logs with some seconds at rest, in which a filter estimates the bias.",
     )  # fmt: skip
     yield from _check_bias_change(gyro, usable, values, sigmas)
 
 
 def _may_turn(imu: Imu, rest: StaticInterval, values: Floats, at: int) -> bool:
-    """Return True if a rate at rest may be an even rotation, which no accelerometer feels.
+    """Return True if a rate at rest may be a steady rotation, which no accelerometer shows.
 
-    It is larger than any bias, or it is about the vertical, and no other rest shows it again.
+    True if it exceeds the largest bias, or is vertical and absent from all other rests.
     """
     rate = values[at]
     if np.linalg.norm(rate) > _MAX_BIAS_DEG_S:
@@ -170,7 +170,7 @@ def _check_gravity(imu: Imu) -> Iterator[Finding]:
         SECTION, "gravity", LIMITS["gravity"].severity(error, sigma),
         f"{accel.label} shows {norm_range}, {format_with_error(error, sigma)} from 9.807 at most.",
         error, "m/s²", sigma, rest_spans([imu.rests[at]]), accel.figure,
-        "Record it still on six sides or more, and calibrate: `zerorate calibrate`.",
+        "Record the sensor at rest on six or more sides, and calibrate: `zerorate calibrate`.",
     )  # fmt: skip
 
 
@@ -213,8 +213,7 @@ def _check_noise(sensor: Sensor, rest: StaticInterval) -> Iterator[Finding]:
 def white_noise_density(column: Floats, rate: float) -> tuple[float, float]:
     """Return the level of white noise between 1 Hz and a quarter of the rate, and its error.
 
-    Welch's windows of four seconds, half overlapped; their median over frequencies, so that peaks
-    do not count.
+    Welch's method with windows of 4 s, half overlapping; the median over frequencies ignores peaks.
     """
     length = round(_WINDOW_S * rate)
     values = np.where(np.isfinite(column), column, np.nanmedian(column))

@@ -24,7 +24,7 @@ _OTHER_AXES: Final = (slice(1, 3), slice(0, 3, 2), slice(0, 2))
 _MIN_RATE_HZ: Final = 50.0
 _MIN_EQUAL_RUN: Final = 58
 _MAX_STEP_SAMPLES: Final = 200_000
-"""Number of samples for the step of a sensor."""
+"""Number of samples used to find the step of a sensor."""
 _SPIKE_WINDOW: Final = 101
 _CHUNK_ROWS: Final = 1 << 18
 
@@ -49,7 +49,7 @@ def _check_sensor(imu: Imu, sensor: Sensor) -> Iterator[Finding]:
 
 def _check_dead_axes(sensor: Sensor) -> Iterator[Finding]:
     for text in describe_dead_axes({sensor.label: sensor.log}, (sensor.label,)):
-        advice = "Look at the driver, or at the columns that were read."
+        advice = "Check the driver, and the columns that were read."
         yield Finding(
             SECTION, "dead axis", "act", as_sentence(text), figure=sensor.figure, advice=advice
         )
@@ -68,28 +68,25 @@ def _check_missing(sensor: Sensor) -> Iterator[Finding]:
         "a row at most, "
         f"from {spans[0][0]:.1f} to {spans[-1][1]:.1f} s.",
         share, "%", None, spans, sensor.figure,
-        "Compare with what the sensor sent; leave these spans out of any integral.",
+        "Compare with what the sensor sent; exclude these spans from integration.",
     )  # fmt: skip
 
 
 def _rows_without_number(sensor: Sensor) -> Integers:
-    """Return the rows without a number on some axis, less those that the clock found lost."""
+    """Return the rows with a missing axis, without rows that the clock reports as lost."""
     known = np.isfinite(sensor.log.data)
     report = sensor.log.meta.get("clock")
     lost = report.missing_count if isinstance(report, ClockReport) else 0
     no_axis = ~known.any(axis=1)
     any_missing = ~known.all(axis=1)
-    # The clock shows how many are lost, not which: the others came without a number.
+    # The clock gives the number of lost rows, not their positions.
     return np.flatnonzero(
         any_missing if np.count_nonzero(no_axis) > lost else any_missing & ~no_axis
     )
 
 
 def _describe_clean(sensor: Sensor) -> Finding:
-    text = (
-        f"{sensor.label}: none at a limit, stuck, spiked or coarse, as far as {sensor.log.n} "
-        "samples show."
-    )
+    text = f"{sensor.label}: no limit, stuck value, spike or coarse step in {sensor.log.n} samples."
     return Finding(SECTION, "samples", "good", text, float(sensor.log.n), "", figure=sensor.figure)
 
 
@@ -138,10 +135,10 @@ def _describe_hard_limit(sensor: Sensor, saturations: Mapping[str, Saturation]) 
     return Finding(
         SECTION, "at its limit", severity,
         f"{sensor.label} was at its limit for {shorten(share)} % of samples, {shorten(longest)} s "
-        "on end at most "
-        f"({_list_limits(sensor, saturations)}), from {spans[0][0]:.1f} to {spans[-1][1]:.1f} s.",
+        f"at a time at most ({_list_limits(sensor, saturations)}), from {spans[0][0]:.1f} to "
+        f"{spans[-1][1]:.1f} s.",
         share, "%", None, spans, sensor.figure,
-        "Set a wider range, and leave these spans out of any integral.",
+        "Set a wider range, and exclude these spans from integration.",
     )  # fmt: skip
 
 
@@ -150,19 +147,19 @@ def _describe_soft_limit(sensor: Sensor, saturations: Mapping[str, Saturation]) 
     spans = sensor.spans(rows, 0.5)
     return Finding(
         SECTION, "soft limit", LIMITS["soft limit"].severity(share),
-        f"{sensor.label} bends just below its largest value where it comes near it "
+        f"{sensor.label} has a soft limit near its largest value "
         f"({_list_limits(sensor, saturations)}): {shorten(share)} % of samples, from "
         f"{spans[0][0]:.1f} to "
         f"{spans[-1][1]:.1f} s.",
         share, "%", None, spans, sensor.figure,
-        "Compare with the range of its data sheet, and set a wider one.",
+        "Compare with the range in its data sheet, and set a wider range.",
     )  # fmt: skip
 
 
 def _saturated_rows(
     sensor: Sensor, saturations: Mapping[str, Saturation]
 ) -> tuple[Integers, float]:
-    """Return the rows at any of the limits, and their share, %."""
+    """Return the rows at one of the limits, and their share, %."""
     rows = np.unique(np.concatenate([stop.rows for stop in saturations.values()]))
     return rows, 100.0 * rows.size / sensor.log.n
 
@@ -173,7 +170,7 @@ def _list_limits(sensor: Sensor, saturations: Mapping[str, Saturation]) -> str:
 
 
 def _longest_run(rows: Integers) -> int:
-    """Return the longest run of rows next to each other."""
+    """Return the longest run of consecutive rows."""
     first, stop = runs_of_rows(rows).T
     return int((stop - first).max(initial=0))
 
@@ -207,7 +204,7 @@ def _check_equal_samples(sensor: Sensor, steps: Sequence[float]) -> Iterator[Fin
 
 
 def _usual_repeat_share(same: Booleans, first: int, length: int, rate: float) -> float:
-    """Return the share of repeated samples outside a run: the mean, or that of the worst second."""
+    """Return the share of repeated samples outside a run: the mean, or the worst second's."""
     outside = np.concatenate([same[:first], same[first + length - 1 :]])
     block = max(1, round(rate))
     seconds = outside[: len(outside) // block * block].reshape(-1, block)
@@ -235,7 +232,7 @@ def _describe_stuck(sensor: Sensor, what: str, first: int, length: int) -> Findi
         f"{sensor.label}, {what}: {length} equal samples one after the other, from "
         f"{spans[0][0]:.2f} to {spans[0][1]:.2f} s.",
         float(length), "", None, spans, sensor.figure,
-        "Leave the span out, and check if the next log has one.",
+        "Exclude this span, and check the next log for one.",
     )  # fmt: skip
 
 
@@ -258,12 +255,12 @@ def _check_spikes(sensor: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
         f"{sensor.label}: {rows.size} single samples ({shorten(share)} %) lie far from both "
         "neighbours.",
         float(rows.size), "", None, sensor.spans(rows), sensor.figure,
-        "Remove them with `zerorate.denoise`, or a median of three, before any filter.",
+        "Remove them before filtering: `zerorate.denoise`, or a median of three.",
     )  # fmt: skip
 
 
 def _find_spikes(column: Floats, step: float) -> Integers:
-    """Return the rows of single samples that no motion makes."""
+    """Return the rows of single samples that no motion explains."""
     if len(column) < _SPIKE_WINDOW + 4:
         return np.empty(0, dtype=np.int64)
     with np.errstate(invalid="ignore", over="ignore"):
@@ -282,9 +279,9 @@ def _find_spikes(column: Floats, step: float) -> Integers:
 
 
 def _is_single(column: Floats, index: int) -> bool:
-    """Return True if a single sample is off: its neighbours lean half as far the other way.
+    """Return True if a single sample is an outlier: its neighbours deviate half as far, oppositely.
 
-    The place is that of the sample before it.
+    The index is that of the sample before it.
     """
     first = max(0, index - _SPIKE_WINDOW)
     part = column[first : index + _SPIKE_WINDOW + 3]
@@ -319,7 +316,7 @@ def _check_resolution(imu: Imu, sensor: Sensor, steps: Sequence[float]) -> Itera
     axis = int(np.argmax(steps))
     yield Finding(
         SECTION, "coarse step", "look",
-        f"{sensor.label}: numbers go in steps of {steps[axis]:.3g} {sensor.log.unit}, "
+        f"{sensor.label}: values change in steps of {steps[axis]:.3g} {sensor.log.unit}, "
         f"{shorten(worst)} times "
         "their scatter at rest.",
         worst, "", None, _spans(imu), sensor.figure,

@@ -1,4 +1,4 @@
-"""Saturation, hard or soft, of an axis with unknown limit, from the samples' shape."""
+"""Hard or soft saturation of an axis at an unknown limit, from the signal's shape."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from zerorate.types import Booleans, Floats, Integers
 _MIN_SAMPLES: Final = 100
 """Fewest samples for a finding."""
 _MIN_SPAN_STEPS: Final = 20.0
-"""Steps of the numbers that half the span of an axis must have."""
+"""Least half span of an axis, in steps of its values."""
 _MIN_RUN: Final = 3
-"""Adjacent samples at the limit that may show it alone; shorter runs must be many."""
+"""Length of a run at the limit that may suffice alone; shorter runs must be many."""
 _CORNER_STEEPNESS: Final = 2.0
 """Ratio of the slope of a plateau's edges to that of a smooth peak."""
 _PEAK_BIN_RATIO: Final = 4.6
-"""Samples in the highest bin of equal smooth peaks over those of a bin beneath: a bin of width w
-holds them as √w, and the eight bins beneath (√9 − √1) √w / 8 on average, or fewer on a grid."""
+"""Ratio of samples in the highest bin of equal smooth peaks to samples in a lower bin. The highest
+bin of width w holds a number ∝ √w, each of the eight below it (√9 − √1) √w / 8 on average."""
 _MAX_CHANCE: Final = 1e-7
-"""Largest chance of so many equal samples for a finding: a log has a dozen axes and signs."""
+"""Largest chance probability of a finding: a log has a dozen axes and signs."""
 _TOP_SAMPLES: Final = 1000
-"""Number of the largest samples, which show the step if the whole record does not."""
+"""Number of the largest samples searched for the step if the whole record shows none."""
 _SOFT_BAND_FRACTION: Final = 0.03
-"""Part of the largest value in which a limit is that is not flat."""
+"""Width of the band of a soft limit, as a fraction of the largest value."""
 _MIN_EXCURSIONS: Final = 5
 """Fewest excursions into that band for a soft limit."""
 _MIN_FLATNESS: Final = 10.0
-"""Steepness at the edge times time in the band over its height: 4 of a parabola, up to 7 as it is
-sampled three times."""
+"""Slope at the edge × time in the band / band height: 4 for a parabola, up to 7 for three
+samples."""
 _MAX_EXCURSION_S: Final = 0.5
-"""Seconds in the band of an excursion; a sensor that stays longer is turned evenly."""
+"""Longest excursion into the band, s; a longer one is a steady rotation."""
 
 
 class Saturation(NamedTuple):
@@ -63,8 +63,8 @@ def find_saturation(
 ) -> Saturation | None:
     """Return the saturation of an axis at its largest value, None if there is none.
 
-    The shape alone shows a limit. A hard limit has a plateau with corners, which no smooth peak
-    has, or more samples equal to the largest than by chance. A soft limit bends all excursions just
+    Only the shape is used. A hard limit has a plateau with corners, which no smooth peak has, or
+    more samples equal to the largest than chance explains. A soft limit bends all excursions just
     below the largest value.
 
     Parameters
@@ -83,7 +83,7 @@ def find_saturation(
         return None
     largest, smallest = float(np.fmax.reduce(column)), float(np.fmin.reduce(column))
     half_range = 0.5 * (largest - smallest)
-    # A limit is on its own side of zero: where a sensor falls to zero it has none.
+    # A limit is not zero: a sensor that falls to zero is not saturated.
     if not (largest > 0.0 and 0.0 < half_range < math.inf):
         return None
     return _find_hard_limit(column, other_axes, largest, half_range, step) or _find_soft_limit(
@@ -134,10 +134,10 @@ def _find_plateaus(column: Floats, rows: Integers, largest: float) -> _Plateaus:
 
 
 def _has_corners(plateaus: _Plateaus, quantum: float) -> bool:
-    """Return True if a plateau has corners that no parabola so flat in the middle has.
+    """Return True if a plateau has sharper corners than a parabola as flat in the middle.
 
-    One that stays within a step for L samples is, one sample further, at most
-    ((L + 1) / (L − 1))² steps beneath.
+    A parabola within a step for L samples is at most ((L + 1) / (L − 1))² steps lower one sample
+    further.
     """
     long = plateaus.length >= _MIN_RUN
     length = plateaus.length[long].astype(np.float64)
@@ -147,7 +147,7 @@ def _has_corners(plateaus: _Plateaus, quantum: float) -> bool:
 
 
 def _has_long_run(column: Floats, plateaus: _Plateaus, quantum: float) -> bool:
-    """Return True if a run is longer than chance allows, by the equal neighbours elsewhere."""
+    """Return True if a run is longer than the share of equal neighbours elsewhere explains."""
     length = int(plateaus.length.max())
     smallest = np.nanmin(column)
     same = np.abs(np.diff(column)) < 0.5 * quantum
@@ -163,9 +163,9 @@ def _has_long_run(column: Floats, plateaus: _Plateaus, quantum: float) -> bool:
 
 
 def _has_many_equal(column: Floats, plateaus: _Plateaus, half_range: float, quantum: float) -> bool:
-    """Return True if more samples equal the largest than the bins below let expect."""
+    """Return True if more samples equal the largest value than the lower bins predict."""
     count, drops = int(plateaus.length.sum()), np.fmax(plateaus.before, plateaus.after)
-    # Where noise is less than a step, a rest flickers between neighbours.
+    # With noise below one step, samples at rest alternate between two values.
     if not np.median(drops[np.isfinite(drops)]) >= 3.0 * quantum:
         return False
     largest = float(np.nanmax(column))
@@ -179,7 +179,7 @@ def _has_many_equal(column: Floats, plateaus: _Plateaus, half_range: float, quan
 
 
 def _chernoff_bound(count: int, expected: float) -> float:
-    """Return a bound of the chance of a count or more where another is expected (Chernoff)."""
+    """Return Chernoff's bound of the probability of at least a count, given its expectation."""
     if count <= expected:
         return 1.0
     return math.exp(count - expected - count * math.log(count / expected))

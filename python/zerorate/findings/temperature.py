@@ -19,10 +19,10 @@ from zerorate.record.recording import Recording
 from zerorate.types import Floats
 
 _MIN_REST_S: Final = 60.0
-"""Seconds at rest, in all, without which no slope is looked for."""
+"""Least total time at rest for a slope, s."""
 _MIN_READINGS: Final = 2
 _ADVICE: Final = (
-    "Record it still from cold until it is warm, half an hour or more, and let it cool again: "
+    "Record at rest for half an hour or more while it warms up from cold and cools down again: "
     "`zerorate calibrate --temperature`."
 )
 
@@ -34,7 +34,7 @@ def temperature_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[
             continue
         name = imu.gyro.name
         log = recording.get(name.replace("gyro", "temperature"))
-        # Thermometers are counted by themselves: one with every sample is of the same sensor.
+        # Thermometers are numbered on their own: one with as many samples belongs to the gyro.
         if log is not None and log.channels == 1 and (name == "gyro" or log.n == imu.gyro.log.n):
             yield _check_imu(imu, log)
 
@@ -49,7 +49,7 @@ def _check_imu(imu: Imu, thermometer: Log) -> Finding:
         )
     temperature = _temperature_at_blocks(thermometer, gyro.start, len(imu.still))
     if temperature is None:
-        return _describe_unidentifiable(imu, "its thermometer shows nothing")
+        return _describe_unidentifiable(imu, "its thermometer has no readings")
     rates = np.degrees(gyro.blocks.mean[: len(imu.still)])
     try:
         model = TemperatureModel.fit(
@@ -67,11 +67,11 @@ def _check_imu(imu: Imu, thermometer: Log) -> Finding:
         f"{format_with_error(model.slopes[k], model.slopes[k].sigma)} about {'xyz'[k]}"
         for k in known_axes
     )
-    other_axes_text = "" if len(known_axes) == 3 else "; of the other axes no slope is seen"
-    confounding_text = "" if model.time_separable else "; temperature and time went together"
+    other_axes_text = "" if len(known_axes) == 3 else "; the other axes show no slope"
+    confounding_text = "" if model.time_separable else "; temperature and time changed together"
     return Finding(
         SECTION, "bias by temperature", kind.severity(max(abs(slope) - 2.0 * slope.sigma, 0.0)),
-        f"{gyro.label}: the bias goes with temperature by {slopes_text} deg/s/K at "
+        f"{gyro.label}: the bias changes with temperature by {slopes_text} deg/s/K at "
         f"{model.reference:.1f} degC, over {low:.1f} to {high:.1f} "
         f"degC{other_axes_text}{confounding_text}.",
         float(abs(slope)), kind.unit, slope.sigma, rest_spans(imu.rests), gyro.figure, _ADVICE,
@@ -95,7 +95,7 @@ def _explain_missing_slope(model: TemperatureModel) -> str:
     bound = max(slope.upper_bound for slope in model.slopes)
     if not math.isfinite(bound):
         return "the rests are too few"
-    return f"over {model.span:.3g} K no slope stands out, of {shorten(bound)} deg/s/K or less"
+    return f"over {model.span:.3g} K no slope is significant, of {shorten(bound)} deg/s/K or less"
 
 
 def _describe_unidentifiable(imu: Imu, why: str) -> Finding:

@@ -16,7 +16,7 @@ from zerorate.types import Booleans, Floats
 
 SECTION: Final = "Vibration in motion"
 _MIN_RATE_HZ: Final = 90.0
-"""Hz below which the samples show a small part of a vibration."""
+"""Rate below which samples show a small part of a vibration, Hz."""
 _MIN_BLOCKS: Final = 10
 """Fewest blocks in motion for a finding."""
 _MAX_WINDOWS: Final = 400
@@ -24,7 +24,7 @@ _MAX_WINDOWS: Final = 400
 _CHUNK_BLOCKS: Final = 2000
 """Blocks whose vibration is computed at once."""
 _MIN_PEAK_RATIO: Final = 4.0
-"""Amplitude of a peak over what is around it: 12 dB."""
+"""Least ratio of a peak to the spectrum around it: 12 dB."""
 
 
 def vibration_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
@@ -56,10 +56,9 @@ def _check_level(imu: Imu, sensor: Sensor) -> Iterator[Finding]:
         SECTION, "vibration", kind.severity(level),
         f"{sensor.label}: vibration of {level:.3g} m/s² (95 % of motion) in the "
         f"{sensor.log.rate:.4g} Hz "
-        f"samples{peak_text}; what is faster than those does not count in it.",
+        f"samples{peak_text}; vibration above half that rate is not seen.",
         level, "m/s²", None, spans, sensor.figure,
-        "Compare with the autopilot's own metric, which runs at the sensor's rate; log raw samples "
-        "of a hover.",
+        "Compare with the autopilot's own metric at the sensor's rate; log raw samples of a hover.",
     )  # fmt: skip
     harmonic = find_aliased_harmonic(parts, sensor.log.rate)
     if harmonic is not None:
@@ -67,21 +66,20 @@ def _check_level(imu: Imu, sensor: Sensor) -> Iterator[Finding]:
 
 
 def _describe_aliased(sensor: Sensor, harmonic: AliasedHarmonic) -> Finding:
-    kind = LIMITS["folded peak"]
+    kind = LIMITS["aliased peak"]
     size, sigma = (
         (sensor.factor or 0.0) * harmonic.amplitude,
         (sensor.factor or 0.0) * harmonic.sigma,
     )
     rate = harmonic.fold * sensor.log.rate
     return Finding(
-        SECTION, "folded peak", kind.severity(size),
+        SECTION, "aliased peak", kind.severity(size),
         f"{sensor.label}: a peak at {_format_band(harmonic.alias)} Hz of "
-        f"{format_with_error(size, sigma)} m/s² moves as "
-        f"{harmonic.order} times the one at {_format_band(harmonic.peak)} Hz does where "
-        "sampling folds it at "
-        f"{shorten(rate, 4)} Hz.",
+        f"{format_with_error(size, sigma)} m/s² is an alias: "
+        f"{harmonic.order} times the frequency of the peak at {_format_band(harmonic.peak)} Hz, "
+        f"shifted by {shorten(rate, 4)} Hz.",
         size, "m/s²", sigma, (), sensor.figure,
-        "Log at a higher rate, or filter below half of this one before it is sampled.",
+        "Log at a higher rate, or low-pass below half the present rate before sampling.",
     )  # fmt: skip
 
 
@@ -92,7 +90,7 @@ def _format_band(edges: tuple[float, float]) -> str:
 def _vibration_rms(sensor: Sensor, count: int) -> Floats:
     """Return the root mean square above 5 Hz, all axes, block by block.
 
-    ArduPilot's: the force less its low-pass of 5 Hz, squared, low-passed at 2 Hz, the root.
+    ArduPilot's rule: subtract the 5 Hz low-pass of the force, square, low-pass at 2 Hz, root.
     """
     gain = 1.0 / (1.0 + sensor.log.rate / (2.0 * np.pi * 5.0))
     width, data = max(1, round(1.0 / gain)), sensor.log.data
@@ -115,7 +113,7 @@ def _vibration_rms(sensor: Sensor, count: int) -> Floats:
 
 
 def _moving_mean(values: Floats, width: int) -> Floats:
-    """Return a moving mean, centred, twice as wide as a low-pass of so many samples remembers."""
+    """Return a centred moving mean, twice as wide as the time constant of a low-pass."""
     half = width
     sums = np.concatenate([[0.0], np.cumsum(values)])
     at = np.arange(len(values))
@@ -134,7 +132,7 @@ def _select_windows(sensor: Sensor, moving: Booleans) -> Floats:
 
 
 def _find_peak(parts: Floats, rate: float) -> float | None:
-    """Return the frequency that stands out most in motion, Hz, None if none does."""
+    """Return the frequency of the dominant peak in motion, Hz, None without one."""
     length = parts.shape[1]
     if len(parts) < _MIN_BLOCKS:
         return None

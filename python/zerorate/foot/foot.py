@@ -38,7 +38,7 @@ class GeodeticTrack:
     time : ndarray, shape (n,)
         s.
     position : ndarray, shape (n, 3)
-        Latitude and longitude, deg, height, m; NaN where nothing is known.
+        Latitude and longitude, deg, height, m; NaN where unknown.
     source : str
         Name of the recording.
 
@@ -456,8 +456,8 @@ def _rest_notes(rests: npt.NDArray[np.int64]) -> tuple[str, ...]:
     if len(rests):
         return ()
     return (
-        "it never rests: the gyro's bias is not known better than 0.3 deg/s, and the heading "
-        "drifts with it; stand for two seconds at the start",
+        "it never rests: the gyro's bias is known to 0.3 deg/s only, and the heading drifts "
+        "accordingly; stand for two seconds at the start",
     )
 
 

@@ -49,7 +49,7 @@ _TESTS: Final = (
         "depth",
         lambda x: x < 0.2,
         lambda x: (
-            f"it does not stand between them: its speed bound falls to {x:.2g} of the swing's"
+            f"it does not stand between swings: its speed bound falls to {x:.2g} of the swing's"
             ", and a foot's below 0.2"
         ),
     ),
@@ -204,16 +204,16 @@ class Swings:
             return
         if share < _SURE_SHARE:
             yield (
-                f"it may be on no foot: {100.0 * share:.0f} % of its swinging time passes for a "
+                f"it may not be on a foot: {100.0 * share:.0f} % of its swing time looks like a "
                 f"foot's; {self.describe_failure()}"
             )
         elif (lean := float(np.median(self.lean))) > _SURE_LEAN_RAD:
             yield (
-                f"it may be on no foot: the force points {math.degrees(lean):.0f} deg off the "
+                f"it may not be on a foot: the force points {math.degrees(lean):.0f} deg off the "
                 "vertical where it stands, and a foot's less than 20"
             )
         for start, end in self.stray_spans():
-            yield f"from {time[start]:.0f} to {time[end]:.0f} s it is on no foot"
+            yield f"from {time[start]:.0f} to {time[end]:.0f} s it is not on a foot"
 
     def climb_variance(self, height: Floats, *, clipped: bool, level: bool) -> Floats:
         """Return the variance of the height from drifts of one sign in all swings, m², (n,).
@@ -240,7 +240,7 @@ class Swings:
         return variance
 
     def stray_variance(self, time: Floats) -> Floats:
-        """Return the variance of the position from spans without foot motion, m², shape (n,)."""
+        """Return the position's variance from spans without foot motion, m², shape (n,)."""
         inside = np.zeros(len(time), bool)
         for start, end in self.stray_spans():
             inside[start:end] = True

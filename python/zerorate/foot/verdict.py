@@ -70,23 +70,24 @@ def describe_doubts(time: Floats, outputs: dict[str, Any], swings: Swings) -> It
     stances = outputs["stances"]
     yield from swings.notes(time)
     if not len(stances):
-        yield "it never stands: where it went is not known, and it may be on no foot"
+        yield "it never stands, so its track is not known, and it may not be on a foot"
     elif not swings.are_judged:
         yield (
-            "it never swings, and counts as standing all the time: a machine that drives smoothly "
-            "looks the same, and its way is not found"
+            "it never swings, so it counts as standing; a smoothly driving machine looks the "
+            "same, and its track would be missed"
         )
     if outputs["relevelled"]:
         times = "once" if outputs["relevelled"] == 1 else f"{outputs['relevelled']} times"
         yield (
-            f"its level was wrong {times}, and it began again where it stood, by the force there: "
-            "since then its heading is hardly known; recordings that are joined look so"
+            f"its level was wrong {times}, and the filter restarted at a stance with the tilt of "
+            f"the force: since then the heading is hardly known; joined recordings look the same"
         )
     count = max(int((stances[:, 1] - stances[:, 0]).sum()) // outputs["every"], 1)
     share = min(outputs["rejections"] / count, 1.0)
     if share > _MAX_REJECTED_SHARE:
         yield (
-            f"{100.0 * share:.0f} % of its stances contradict the track: it may be on no foot, or "
+            f"{100.0 * share:.0f} % of its stances contradict the track: it may not be on a foot, "
+            f"or "
             "turn beyond the range of its gyro"
         )
 
@@ -106,10 +107,10 @@ def _seconds_in(mask: Booleans, time: Floats) -> float:
 def _refuse_foot(reason: str) -> LogError:
     return LogError(
         make_sentence(
-            f"this sensor is on no foot: {reason}; wear it on the instep or the heel; a sample "
-            "rate that is wrong and a clipped gyro look the same; what drives needs wheels or a "
-            "receiver, by navigate; ",
+            f"this sensor is not on a foot: {reason}; wear it on the instep or the heel. A wrong "
+            f"sample rate and a clipped gyro look the same. Vehicles need wheels or a receiver: "
+            f"navigate; ",
             keyword_argument("assume_foot", "", "assume_foot=True"),
-            " navigates it all the same",
+            " navigates it in spite of this",
         )
     )

@@ -109,20 +109,22 @@ def transport_rate(
 
 
 def local_ned(position: npt.ArrayLike, origin: npt.ArrayLike) -> Floats:
-    """Return positions in m north, east and down of an origin, by the radii there.
+    """Return positions north, east and down of an origin, m, using the radii of curvature there.
 
     Parameters
     ----------
     position : array_like, shape (..., 3)
         Latitude deg, longitude deg, height m.
     origin : array_like, shape (3,) or (..., 3)
-        The same. One origin a position is allowed too: its differences are those of two tracks.
+        Origin in the same units. With one origin for each position, the result is the difference of
+        two tracks.
 
     Returns
     -------
     ndarray, shape (..., 3)
-        m. The difference of longitudes is within half a turn. Meridians converge, by which a
-        distance d errs by up to d^2 tan(latitude)/a: at 45 deg by 4 cm at 500 m, 16 m at 10 km.
+        Positions, m, with differences of longitude within half a turn. Because meridians converge,
+        a distance d has an error of up to d^2 tan(latitude)/a: at 45 deg 4 cm at 500 m, 16 m at 10
+        km.
 
     Examples
     --------

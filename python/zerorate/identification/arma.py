@@ -186,6 +186,6 @@ def _remarks(on_circle: bool) -> tuple[str, ...]:
     if not on_circle:
         return ()
     return (
-        "the search ended where a root of the moving average meets the unit circle: standard "
-        "errors do not hold there",
+        "the search ended with a root of the moving average on the unit circle, where standard "
+        "errors do not hold",
     )

@@ -125,12 +125,12 @@ class ArmaModel(Result):
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """Warnings, a sentence each: the remarks, then those that follow from the numbers.
+        """Warnings, one sentence each: the remarks, then those that follow from the numbers.
 
-        The search did not end; the condition is above 1e8, where half of the digits are gone; not
-        stationary, not invertible, or a root within 1.96 standard errors (95 %) of the unit
-        circle; an AR and an MA root closer than 1.96 standard errors of their distance, a common
-        factor that the record does not determine.
+        Warnings concern a search that did not converge; a condition above 1e8, where half of the
+        digits are lost; a model that is not stationary or not invertible; a root within 1.96
+        standard errors (95 %) of the unit circle; an AR and an MA root closer than 1.96 standard
+        errors, a common factor that the record does not determine.
         """
         return tuple(dict.fromkeys((*self.remarks, *diagnosis(self))))
 
@@ -142,12 +142,12 @@ class ArmaModel(Result):
         constant: float = 0.0,
         sigma2: float = 1.0,
     ) -> ArmaModel:
-        """Return the model of known numbers: no errors, no record.
+        """Return the model with given coefficients, without standard errors or a record.
 
         Parameters
         ----------
         phi, theta : array_like, shape (p,) and (q,)
-            Coefficients; empty for none.
+            Coefficients; an empty array for order zero.
         constant : float
             c, in the unit of the record.
         sigma2 : float
@@ -224,7 +224,7 @@ class ArmaModel(Result):
         Parameters
         ----------
         rate : float
-            Samples a second.
+            Samples per second.
 
         Examples
         --------
@@ -282,7 +282,7 @@ class ArmaModel(Result):
         frequencies : array_like
             In Hz, from 0 to rate / 2, any shape.
         rate : float
-            Samples a second.
+            Samples per second.
 
         Returns
         -------
@@ -298,11 +298,11 @@ class ArmaModel(Result):
         return spectrum(self.phi, self.theta, self.sigma2, frequencies, rate)
 
     def residuals(self, z: npt.ArrayLike) -> Floats:
-        """Return the innovations that the model sees in a record, shape (n,).
+        """Return the innovations of a record under this model, shape (n,).
 
         a_k = z_k - sum_i phi_i z_(k-i) - sum_j theta_j a_(k-j) - c. Every stretch between missing
-        samples restarts: earlier samples are assumed to be at their mean and innovations zero:
-        its first p innovations, which rest on that, and those of missing samples are NaN.
+        samples restarts with earlier samples at their mean and innovations zero. Its first p
+        innovations depend on that and are NaN, as are those of missing samples.
 
         Raises
         ------
@@ -348,11 +348,11 @@ class ArmaModel(Result):
         return self.to_json() == other.to_json()
 
     def __hash__(self) -> int:
-        """Agree with ``==``."""
+        """Return a hash consistent with ``==``."""
         return hash(self.to_json())
 
     def __reduce__(self) -> tuple[Callable[[str], ArmaModel], tuple[str]]:
-        """Pickle through JSON, which loses nothing and freezes the arrays again."""
+        """Pickle through JSON, which is lossless and freezes the arrays again."""
         return ArmaModel.from_json, (self.to_json(),)
 
 

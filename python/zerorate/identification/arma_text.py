@@ -18,9 +18,9 @@ from zerorate.types import Floats
 if TYPE_CHECKING:
     from zerorate.identification.arma_model import ArmaModel
 
-# Half of the digits of the normal equations are gone.
+# Above this condition half of the digits of the normal equations are lost.
 _MAX_CONDITION: Final = 1e8
-# Within so many standard errors two numbers are the same at 95 %.
+# Standard errors within which two numbers agree at 95 %.
 _SAME_SIGMAS: Final = 1.96
 
 
@@ -37,12 +37,12 @@ class UncertainRoot(NamedTuple):
 
 
 def uncertain_ar_roots(model: "ArmaModel") -> list[UncertainRoot]:
-    """Return the reciprocal roots of the autoregression that are not zero."""
+    """Return the nonzero reciprocal roots of the autoregression."""
     return _differentiate_roots(-model.phi, 0, -1.0, len(model.covariance))
 
 
 def uncertain_ma_roots(model: "ArmaModel") -> list[UncertainRoot]:
-    """Return the reciprocal roots of the moving average that are not zero."""
+    """Return the nonzero reciprocal roots of the moving average."""
     return _differentiate_roots(model.theta, len(model.phi), 1.0, len(model.covariance))
 
 
@@ -54,7 +54,7 @@ def _differentiate_roots(
     slope = np.polyder(np.concatenate(([1.0], coefficients)))
     roots = []
     for root in inverse_roots(coefficients):
-        # A double root moves like a square root: its slope of zero is no standard error.
+        # A double root has slope zero and no standard error: it changes like a square root.
         steepness = complex(np.polyval(slope, root))
         if root == 0.0 or steepness == 0.0:
             continue
@@ -85,13 +85,13 @@ def _sigma_along(gradient: npt.NDArray[Any], covariance: Floats) -> float:
 
 
 def diagnosis(model: "ArmaModel") -> Iterator[str]:
-    """Yield a sentence for each rule that the model meets; NaN in the covariance meets none."""
+    """Yield a sentence for each warning that applies; NaN in the covariance gives none."""
     if not model.converged:
-        yield "the search for the estimate did not come to its end"
+        yield "the search for the estimate did not converge"
     if model.condition > _MAX_CONDITION:
         yield (
-            f"the normal equations have condition {model.condition:.1g}: the record hardly parts "
-            "the coefficients apart"
+            f"the normal equations have condition {model.condition:.1g}: the record hardly "
+            f"separates the coefficients"
         )
     yield from _root_notes(model)
     for ar, ma in undetermined_pairs(model):
@@ -148,7 +148,7 @@ def to_json(
 
 
 def from_json(source: str | os.PathLike[str], build: type["ArmaModel"]) -> "ArmaModel":
-    """Return the model that a text or a file holds."""
+    """Return the model in a text or a file."""
     return restore(source, _FORMAT, lambda content: build(**_read_fields(content, build)))
 
 

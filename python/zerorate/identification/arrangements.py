@@ -24,7 +24,7 @@ _MIN_SEGMENTS: Final = 10
 
 @dataclass(frozen=True, kw_only=True)
 class ReverseArrangements(Verdict):
-    """The test with its counts; the statistic is the number of reversals.
+    """Result of the test with its counts; the statistic is the number of reversals.
 
     Attributes
     ----------
@@ -33,7 +33,8 @@ class ReverseArrangements(Verdict):
     tie_count : int
         Pairs of equal values, which are not counted.
     segment_count : int
-        M: number of values; `left_out_count` more lacked half their samples or more.
+        M: number of values, without the `left_out_count` segments that lacked at least half of
+        their samples.
     left_out_count : int
     of : {"mean", "variance", "sample"}
         Kind of the values.
@@ -72,18 +73,18 @@ def reverse_arrangements(
         Samples in any unit; those not finite are missing. A segment that lacks half of them or
         more is left out.
     segments : int or None, default 100
-        Number of segments, 10 to n (2 samples each for variances); None takes each sample for one.
-        Long segments separate slow drift from the noise. They should also be long compared with the
-        noise's own correlation time.
+        Number of segments, 10 to n (2 samples each for variances); None uses each sample as a
+        segment. Segments long compared with the noise's correlation time separate slow drift from
+        noise.
     of : {"mean", "variance"}
-        Property to compare; without effect for single samples.
+        Property to compare; ignored for single samples.
 
     Returns
     -------
     ReverseArrangements
-        With the exact acceptance interval for up to 100 values, that of the normal approximation
-        beyond. Equal values cannot be reversed and lower A by half their pairs, so the interval
-        moves down by as much.
+        The acceptance interval is exact for up to 100 values and the normal approximation beyond.
+        Equal values cannot be reversed and lower A by half their pairs, so the interval is lowered
+        by the same amount.
 
     Raises
     ------
@@ -96,7 +97,7 @@ def reverse_arrangements(
     Notes
     -----
     J. S. Bendat, A. G. Piersol, Random Data, section 4.5.2: E = M (M - 1)/4 and variance
-    M (2 M + 5)(M - 1)/72, less what ties take of both (M. G. Kendall, Rank Correlation Methods).
+    M (2 M + 5)(M - 1)/72, both reduced for ties (M. G. Kendall, Rank Correlation Methods).
     Bao and Yuan: lambda, N = 15 000 samples and M = 100.
 
     Examples
@@ -131,7 +132,7 @@ def reverse_arrangements(
 
 
 def _test_values(values: Floats) -> dict[str, Any]:
-    """Return the verdict on values in order, by the names of its fields."""
+    """Return the test of ordered values, as a dictionary of the result's fields."""
     count, ties, tie_weight = _native.reversals(values)
     m = values.size
     null = _null_distribution(m, ties, tie_weight)
@@ -153,7 +154,7 @@ def _test_values(values: Floats) -> dict[str, Any]:
 
 
 class _NullDistribution(NamedTuple):
-    """Mean and standard deviation of A without trend."""
+    """Mean and standard deviation of A without a trend."""
 
     mean: float
     sigma: float
@@ -177,7 +178,7 @@ def _null_distribution(m: int, ties: int, tie_weight: float) -> _NullDistributio
 
 
 def _segment_values(record: Floats, segments: int | None, of: str) -> tuple[Floats, Integers, int]:
-    """Return the values to put in order, the segment of each from 1, and the count of samples."""
+    """Return the values to compare, the segment number of each from 1, and the count of samples."""
     if segments is None:
         indices = np.flatnonzero(np.isfinite(record))
         return record[indices], indices + 1, indices.size
@@ -191,7 +192,7 @@ def _segment_values(record: Floats, segments: int | None, of: str) -> tuple[Floa
     values = _segment_moments(
         np.where(there, rows - origin, 0.0)[used], there[used], counts[used], of
     )
-    # The level matters for nothing but `where`.
+    # The level affects only `where`.
     return values, np.flatnonzero(used) + 1, int(counts[used].sum())
 
 
@@ -204,7 +205,7 @@ def _segment_moments(rows: Floats, there: Booleans, counts: Integers, of: str) -
 
 
 def _describe_split(values: Floats, numbers: Integers, of: str, unit: float) -> str:
-    """Name the split whose two sides differ most, compared with chance at these lengths."""
+    """Describe the split whose two sides differ most, relative to chance at these lengths."""
     m = values.size
     before = np.arange(1, m)
     level = values - values.mean()
@@ -218,7 +219,7 @@ def _describe_split(values: Floats, numbers: Integers, of: str, unit: float) -> 
 
 
 MAX_EXACT_VALUES: Final = 100
-"""Values up to which the exact distribution is used; the published table ends there, too."""
+"""Largest number of values for the exact distribution; the published table ends there, too."""
 
 _TAIL_PROBABILITY: Final = 0.025
 
@@ -227,9 +228,9 @@ _TAIL_PROBABILITY: Final = 0.025
 def _cumulative_probability(m: int) -> Floats:
     """Return P(A <= a) for a = 0, ..., in the lower half of the distribution of m values.
 
-    The k-th value comes before 0 to k - 1 of the lesser ones, each equally likely, so the
-    distribution is a convolution of uniform ones (Mahonian numbers over m!). In its lower half
-    all terms rise, so the differences of sums keep their precision far into the tail.
+    The k-th value precedes 0 to k - 1 of the smaller ones with equal probability, so the
+    distribution is a convolution of uniform ones (Mahonian numbers over m!). Terms rise throughout
+    its lower half, so differences of sums keep their precision far into the tail.
     """
     size = m * (m - 1) // 4 + 1
     probability = np.zeros(size)
@@ -242,7 +243,7 @@ def _cumulative_probability(m: int) -> Floats:
 
 
 def critical_values(m: int) -> tuple[int, int]:
-    """Return lower and upper: 5 % at most of sequences of m values are not in lower < A <= upper.
+    """Return lower and upper: at most 5 % of sequences of m values are outside lower < A <= upper.
 
     J. S. Bendat, A. G. Piersol, Random Data, section 4.5.2 and table A.6.
     """
@@ -251,8 +252,8 @@ def critical_values(m: int) -> tuple[int, int]:
 
 
 def two_sided_probability(m: int, reversals: float) -> float:
-    """Return the probability of as few reversals, or as many, or of more extreme numbers."""
-    # Ties count half; a half is taken towards the middle.
+    """Return the two-sided probability of a number of reversals at least as extreme."""
+    # Ties count half; a remaining half is rounded towards the middle.
     rank = int(np.ceil(min(reversals, m * (m - 1) / 2 - reversals)))
     below = _cumulative_probability(m)
     return min(2.0 * float(below[min(rank, below.size - 1)]), 1.0)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from zerorate.identification.order import OrderSelection
 
 SCHEMA: Final = "zerorate-identify/1"
-"""The form of the document; the number rises when a reader has to change."""
+"""Version of the document; it rises when readers have to change."""
 
 
 def as_json(
@@ -30,11 +30,11 @@ def as_json(
     Parameters
     ----------
     identifications : sequence of Identification
-        One an axis, of different names.
+        One for each axis, with different names.
     source : str
         Name of the log.
     notes : sequence of str
-        Sentences on the log, and on axes that were left out.
+        Sentences on the log and on excluded axes.
     """
     content = {
         "schema": SCHEMA,
@@ -47,7 +47,7 @@ def as_json(
 
 
 def as_dict(result: Identification) -> dict[str, Any]:
-    """Return all numbers of one axis; what is not finite is None.
+    """Return all numbers of one axis, None for numbers that are not finite.
 
     ``models`` are as `ArmaModel.from_json` reads them, after `json.dumps`.
     """

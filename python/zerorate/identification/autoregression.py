@@ -18,7 +18,7 @@ from zerorate.noise.records import as_record
 ArMethod = Literal["least-squares", "burg", "yule-walker"]
 
 MAX_AR_ORDER = 64
-"""Of an autoregression; more coefficients no gyro's drift determines."""
+"""Largest order: no gyro's drift determines more coefficients."""
 
 
 def fit_ar(
@@ -33,23 +33,22 @@ def fit_ar(
     p : int
         Order, 0 to 64.
     method : str, default "least-squares"
-        "least-squares": over every sample with p others before it in its stretch, without any
-        assumption on those; the model may be unstable, so this shows a unit root.
-        "burg": least squares forward and backward at once; always stationary, and precise on short
-        records.
-        "yule-walker": matches the record's first autocovariances; always stationary, and biased
-        towards 0 if roots are near 1.
+        "least-squares": over every sample with p samples before it in its stretch, without
+        assumptions on earlier ones; the model may be unstable, so this shows a unit root. "burg":
+        least squares forward and backward together; always stationary, and precise on short
+        records. "yule-walker": matches the record's first autocovariances; always stationary, and
+        biased towards 0 if roots are near 1.
     constant : bool, default True
-        Fit c ("burg" and "yule-walker" subtract the mean). Without it the record is used unchanged.
+        Fit c ("burg" and "yule-walker" subtract the mean). If False, the record is used unchanged.
 
     Returns
     -------
     ArmaModel
-        `n` is the number of residuals, for "burg" and "yule-walker" that of samples. `sigma2` is
-        their sum of squares over n; for "burg" and "yule-walker" the mean square of the samples
-        times (1 - reflection coefficient squared) of every order. `covariance` is sigma2 (X'X)^-1,
-        as in R's ``ar.ols`` and statsmodels' ``AutoReg``, and for the other two methods its limit
-        for long records, sigma2/n times the inverse of the model's covariance of p samples.
+        With "least-squares", `n` is the number of residuals, `sigma2` their mean square, and
+        `covariance` sigma2 (X'X)^-1, as in R's ``ar.ols`` and statsmodels' ``AutoReg``. With "burg"
+        and "yule-walker", `n` is the number of samples, `sigma2` their mean square times
+        (1 - reflection coefficient squared) of every order, and `covariance` the limit for long
+        records, sigma2/n times the inverse of the model's covariance of p samples.
 
     Raises
     ------
@@ -60,9 +59,8 @@ def fit_ar(
 
     Notes
     -----
-    Normal equations from sums of products in one pass; if their condition exceeds about 1e10, the
-    rows themselves are triangularised. J. P. Burg, "Maximum entropy spectral analysis", Stanford,
-    1975.
+    The normal equations are summed in one pass; if their condition exceeds about 1e10, the rows
+    themselves are triangularised. J. P. Burg, "Maximum entropy spectral analysis", Stanford, 1975.
 
     Examples
     --------
@@ -92,7 +90,7 @@ def fit_ar(
 
 
 def check_order(name: str, value: SupportsIndex) -> int:
-    """Return an order of an autoregression as an int, once it is in range."""
+    """Return the order of an autoregression as an int; ValueError if it is out of range."""
     try:
         order = operator.index(value)
     except TypeError:
@@ -103,7 +101,7 @@ def check_order(name: str, value: SupportsIndex) -> int:
 
 
 def add_moments(model: ArmaModel, z: npt.ArrayLike) -> ArmaModel:
-    """Return the model with mean and standard deviation of its record if it has none."""
+    """Return the model, with mean and standard deviation of its record added if missing."""
     if model.stationary:
         return model
     record = as_record(z)

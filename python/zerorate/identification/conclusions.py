@@ -18,28 +18,29 @@ if TYPE_CHECKING:
     from zerorate.noise.motion_check import Span
 
 _MIN_PREDICTABLE_SHARE: Final = 0.01
-"""Predictable part of the residuals' variance from which on a model leaves something out."""
+"""Least predictable part of the residuals' variance that shows an incomplete model."""
 
 _MAX_SLOW_RATIO: Final = 1.5
-"""Slow variance over the model's from which on chance does not explain it: of 100 segments of a
-known model it scatters by a seventh."""
+"""Least ratio of slow variance to the model's that chance does not explain: for 100 segments of a
+known model the ratio scatters by a seventh."""
 
 _MAX_DISTANCE_SIGMAS: Final = 3.0
-"""Standard errors between two estimates that chance does not explain."""
+"""Least difference of two estimates, in standard errors, that chance does not explain."""
 
 
 def conclusions(result: Identification) -> tuple[str, ...]:
-    """Return the verdict on a record and its model, a sentence each.
+    """Return the conclusions on a record and its model, one sentence each.
 
     Parameters
     ----------
     result : Identification
-        What was found out.
+        Identification to describe.
 
     Returns
     -------
     tuple of str
-        On the record, the order, the residuals, the drift and the coefficients, in this turn.
+        Sentences on the record, the order, the residuals, the drift and the coefficients, in this
+        order.
     """
     parts = (
         _describe_fitness,
@@ -59,16 +60,16 @@ def _describe_order(result: Identification) -> Iterator[str]:
     rule = orders.criterion.upper()
     clear, least = model_name(orders.clear), model_name(orders.minimum)
     if result.order_given:
-        yield f"{name} was requested; the clear choice of {rule} is {clear}."
+        yield f"{name} was requested; the clear choice by {rule} is {clear}."
     elif orders.clear == orders.minimum:
-        yield f"{rule} chooses {name}, which has the least of it."
+        yield f"{rule} chooses {name}, the order with the least value."
     else:
         yield (
             f"{rule} chooses {name}: the fewest coefficients within {orders.margin:g} of the "
             f"least, which {least} has."
         )
     if not result.order_given and not result.moving and _is_at_limit(orders):
-        yield "That is at an end of the orders that were tried: a higher one may do better."
+        yield "This is the highest order tried; a higher one may be better."
     if sum(result.model.order) and not result.moving:
         explained = max(0.0, 1.0 - result.model.sigma2 / float(np.nanvar(result.prepared.data)))
         yield f"The model explains {format_percent(explained)} of the variance."
@@ -89,12 +90,12 @@ def _describe_residuals(result: Identification) -> Iterator[str]:
     if white.predictable < _MIN_PREDICTABLE_SHARE:
         yield (
             f"The residuals are not quite white (Ljung-Box); {rest} of their variance could still "
-            "be predicted, which hardly matters."
+            f"be predicted, which is negligible."
         )
     else:
         yield (
-            f"The residuals are not white: {rest} of their variance could still be predicted; a "
-            f"higher order would pay (the AR models suggest {model_name(result.ar_orders.clear)})."
+            f"The residuals are not white: {rest} of their variance could still be predicted; try "
+            f"a higher order (the AR models suggest {model_name(result.ar_orders.clear)})."
         )
 
 
@@ -104,9 +105,8 @@ def _describe_drift(result: Identification) -> Iterator[str]:
         return
     yield (
         f"The means of segments of {format_significant(result.tests.segment)} s vary with "
-        f"{format_significant(ratio, 2)} times the variance that the model gives them: a "
-        "slow drift is "
-        "there that it does not contain. Decimate the record to model it."
+        f"{format_significant(ratio, 2)} times the variance that the model predicts, so the model "
+        f"lacks a slow drift. Decimate the record to model it."
     )
 
 
@@ -122,51 +122,50 @@ def _describe_online(result: Identification) -> Iterator[str]:
     far = float(np.nanmax(distance)) if np.isfinite(distance).any() else 0.0
     if far <= _MAX_DISTANCE_SIGMAS:
         yield (
-            "Learned online, the coefficients end within "
-            f"{format_significant(max(far, 0.1), 2)} standard "
-            "errors of these."
+            "Online estimation ends with coefficients within "
+            f"{format_significant(max(far, 0.1), 2)} standard errors of these."
         )
     else:
         yield (
-            f"Learned online, the coefficients end up to {format_significant(far, 2)} "
-            "standard errors "
-            "from these: the recursion had not settled."
+            f"Online estimation ends with coefficients up to {format_significant(far, 2)} "
+            "standard errors from these: the recursion had not converged."
         )
 
 
 _MAX_SHOWN_SPANS: Final = 3
 
 _MAX_SLOW_SHARE: Final = 0.1
-"""Part of the variance between segments of a record that is not stationary, from which on it
-is more than noise with a little drift."""
+"""Least share of the variance between segments at which a record is more than noise with a small
+drift."""
 
 _COARSE_STEP_SIGMAS: Final = 0.5
-"""Steps over the deviation from which on quantisation alone fails tests of normality."""
+"""Least ratio of step to standard deviation at which quantisation alone fails tests of
+normality."""
 
 _MAX_ODDITY: Final = 0.1
 """Skewness, or half the excess kurtosis, below which a distribution is Gaussian in practice."""
 
-_REMEDY: Final = "take a linear trend off, or let the filter hold a random walk"
+_REMEDY: Final = "subtract a linear trend, or use a filter with a random walk"
 
 
 def is_fit(result: Identification) -> bool:
-    """Return True if the record is at rest and does not wander off."""
+    """Return True if the record is at rest and has no drift without bound."""
     return not result.moving and not result.tests.adf.accepted and not _is_wandering(result.tests)
 
 
 def _describe_fitness(result: Identification) -> Iterator[str]:
-    """Yield sentences on the fitness of the record for a model, with reasons."""
+    """Yield sentences on the record's fitness for a model, with reasons."""
     tests = result.tests
     if result.moving:
         yield (
-            "Not fit for a drift model: it was not at rest "
-            f"{_describe_spans(result.moving)}. The numbers "
-            "describe the motion; cut the record to where it rests."
+            "Not fit for a drift model: the sensor was not at rest "
+            f"{_describe_spans(result.moving)}. The numbers describe the motion; cut the record "
+            f"to a static interval."
         )
     elif tests.adf.accepted:
-        yield f"Not fit as it is: a unit root is not rejected, so it may wander off; {_REMEDY}."
+        yield f"Not fit as it is: a unit root, as of a random walk, is not rejected; {_REMEDY}."
     elif tests.stationary:
-        yield "Fit for modelling: at rest, and no test of stationarity sees a trend."
+        yield "Fit for modelling: at rest, and no test of stationarity rejects."
     else:
         trends = join_words(list(_describe_trends(tests)))
         slow = (
@@ -189,18 +188,17 @@ def _describe_distribution(result: Identification) -> Iterator[str]:
         yield (
             f"Quantised in steps of {format_significant(record.step)} {result.unit}, "
             f"{format_significant(steps)} "
-            "deviations: for that alone normality is rejected; it makes "
+            "deviations: this alone rejects normality; it contributes "
             f"{format_percent(steps**2 / 12)} "
             "of the variance."
         )
     elif _oddity(tests) < _MAX_ODDITY:
         yield (
-            "Normality is rejected, but skewness and kurtosis are so near to the Gaussian ones "
-            "that it does not matter."
+            "Normality is rejected, but skewness and kurtosis are close enough to Gaussian values."
         )
     else:
         yield (
-            "Not Gaussian: the coefficients stay right, but their errors and the criteria are "
+            "Not Gaussian: the coefficients remain valid, but their errors and the criteria are "
             "approximate; look for outliers and steps."
         )
 
@@ -210,13 +208,13 @@ def _describe_smoothing(result: Identification) -> Iterator[str]:
     width = result.smooth
     if width > 1:
         yield (
-            f"Smoothed over {width} samples, which alone correlates white noise by "
-            f"{(width - 1) / width:.2g} at lag 1: the models describe the smoothing as well."
+            f"Smoothed over {width} samples, which correlates even white noise by "
+            f"{(width - 1) / width:.2g} at lag 1: the models describe the smoothing, too."
         )
 
 
 def _is_wandering(tests: RecordTests) -> bool:
-    # A stationary process of long memory has differing means, too, but no trend in them.
+    # Segment means of a stationary process with long correlation also differ, but without a trend.
     return not tests.stationary and tests.slow >= _MAX_SLOW_SHARE
 
 
@@ -225,7 +223,7 @@ def _describe_trends(tests: RecordTests) -> Iterator[str]:
         if not test.accepted:
             yield _describe_trend(test, what)
     if not tests.kpss.accepted:
-        yield "KPSS sees the mean wander"
+        yield "KPSS rejects a constant mean"
 
 
 def _describe_trend(test: ReverseArrangements, what: str) -> str:

@@ -1,4 +1,4 @@
-"""Correlations of a record with itself, and tests of whiteness."""
+"""Autocorrelations of a record, and tests of whiteness."""
 
 from __future__ import annotations
 
@@ -48,18 +48,18 @@ class Correlogram:
 
 
 class Correlations(NamedTuple):
-    """Autocorrelations at lags 1 to m, the pairs each was made of, and the number of samples."""
+    """Autocorrelations at lags 1 to m, the number of pairs of each, and the number of samples."""
 
     acf: Floats
     pairs: Integers
     n: int
 
     def truncate(self, lags: int) -> Correlations:
-        """Return those of the first lags."""
+        """Return the autocorrelations of the first lags."""
         return Correlations(self.acf[:lags], self.pairs[:lags], self.n)
 
     def correlogram(self) -> Correlogram:
-        """Return them with partial ones and the bound."""
+        """Return the correlogram: with partial autocorrelations and the bound."""
         lags = np.arange(1, self.acf.size + 1)
         min_length = int(np.min(self.pairs + lags))
         bound = TWO_SIDED_95 / float(np.sqrt(min_length))
@@ -106,7 +106,7 @@ def autocorrelation(z: npt.ArrayLike, lags: int) -> Correlogram:
 def compute_correlations(record: Floats, lags: int, wanted_lags: int = 0) -> Correlations:
     """Return autocorrelations of a record whose samples differ.
 
-    At lags up to `lags`, or up to `wanted_lags` as far as there are products at such lags.
+    Lags end at `lags`, or earlier than `wanted_lags` if no products exist at longer lags.
     """
     check_width(lags, "lags")
     if lags >= record.size:
@@ -125,7 +125,7 @@ def compute_correlations(record: Floats, lags: int, wanted_lags: int = 0) -> Cor
 def partial_autocorrelations(acf: Floats) -> Floats:
     """Return the partial autocorrelations by the recursion of Durbin and Levinson.
 
-    NaN from the lag on at which nothing is left to explain, which gaps or rounding may bring about.
+    The result is NaN from the lag on at which no variance remains, as gaps or rounding may cause.
     """
     pacf = np.full(acf.size, np.nan)
     phi, variance = np.empty(0), 1.0
@@ -269,7 +269,7 @@ def _check_fitted(lags: int, fitted: int) -> None:
 
 def _portmanteau(estimates: Correlations, fitted: int) -> Verdict:
     n, lag = estimates.n, np.arange(1, estimates.acf.size + 1)
-    # Of all n - l pairs this is r^2 / (n - l).
+    # With all n - l pairs this is r^2 / (n - l).
     terms = (estimates.acf / (n - lag)) ** 2 * estimates.pairs
     statistic = n * (n + 2) * float(terms.sum())
     freedom = estimates.acf.size - fitted
@@ -287,6 +287,6 @@ def _portmanteau(estimates: Correlations, fitted: int) -> Verdict:
 
 
 def _predictable_share(acf: Floats) -> float:
-    """Return 1 less the product of 1 - pacf^2, the share of the variance left by each lag."""
+    """Return 1 minus the product of 1 - pacf^2, the share of variance that each lag leaves."""
     pacf = partial_autocorrelations(acf)
     return 1.0 - float(np.prod(1.0 - pacf[np.isfinite(pacf)] ** 2))

@@ -20,7 +20,7 @@ Parts = dict[str, Floats | float]
 
 _MAX_ORDER: Final = 3
 
-# Of the variance of phi(B) z: less than this is rounding.
+# Fraction of the variance of phi(B) z below which a variance is rounding.
 _ROUNDING_SHARE: Final = 1e-9
 
 
@@ -46,39 +46,39 @@ def make_filter(
 
     The model is split into an AR(p) drift driven by white noise of variance g and white noise of
     variance R on the samples: exactly where that is possible (ARMA(1, 1) with phi > 0 > theta),
-    else the likeliest g and R. With "kf" the filter of such a model is the optimal one from the
-    first sample on: over ten minutes of a simulated ARMA(1, 1) its error is within 0.1 % of that
-    of the Kalman filter that knows the truth, where the filter that starts ignorant has three
-    times that error.
+    else the likeliest g and R. With "kf" the filter is optimal from the first sample on: over ten
+    minutes of a simulated ARMA(1, 1) its error is within 0.1 % of that of the Kalman filter with
+    the true model; a filter that starts without a model has three times that error.
 
-    A model without a white part, such as every AR(p), would let the samples pass: R is then the
-    model's Allan variance at the shortest averaging time, gamma_0 - gamma_1, to which Fu and Han's
-    recursion converges. A model whose spectrum does not rise towards low frequencies has no drift
-    (g = 0), and the estimate of "kf" is its mean.
+    A model without a white part, such as every AR(p), would return the samples unchanged. R is then
+    the model's Allan variance at the shortest averaging time, gamma_0 - gamma_1, to which Fu and
+    Han's recursion converges. A model whose spectrum does not rise towards low frequencies has no
+    drift (g = 0), and the estimate of "kf" is its mean.
 
-    As every `DriftFilter` it returns the compensated rate unless ``output="estimate"`` asks for the
-    estimate; `estimate` can be read in any case.
+    Like every `DriftFilter` it returns the compensated rate, or with ``output="estimate"`` the
+    estimate; the property `estimate` always has the latter.
 
     Parameters
     ----------
     rate : float
-        Samples a second.
+        Samples per second.
     method : {"kf", "akf", "fading", "robust"}
-        As for `DriftFilter`, but "auto", which learns its own start; default "fading". Adaptive R,
-        and the weight of the process noise, go on as if `startup` seconds had been spent already.
+        Method, as in `DriftFilter` except "auto", which learns its own start; default "fading".
+        Adaptive R and the weight of the process noise continue as if `startup` seconds had passed.
     adapt_for : float or None
-        Seconds during which the coefficients are learned on, as if the filter had seen the record
-        of the model; None is always. Default: 0, they stay. A model made by `ArmaModel.of` is
-        certain and stays, too.
+        Time, s, for which the filter continues to learn the coefficients, as if it had processed
+        the model's record; None is without end. Default: 0, constant coefficients. A model from
+        `ArmaModel.of` has no errors, so its coefficients always stay constant.
     measurement_noise : float, optional
-        Variance R in the squared unit of the record, in place of that of the model.
+        Variance R in the squared unit of the record. Default: that of the model.
     process_noise : float, optional
-        Variance g of the noise that drives the drift, in the squared unit of the record.
+        Variance g of the noise that drives the drift, in the squared unit of the record. Default:
+        that of the model.
     offset : float, optional
-        Mean of the signal. Default: the mean of the model, or of the record where the model has
-        none.
+        Mean of the signal. Default: the mean of the model, or of its record if the model has no
+        mean.
     scale : float, optional
-        Deviation of the signal. Default: that of the record, or of the model.
+        Standard deviation of the signal. Default: that of the record, or of the model.
     **options
         Further arguments of `DriftFilter`: `output`, `motion`, `fading`, `forgetting_factor`,
         `noise`, `startup`, `process_noise_memory`.
@@ -86,8 +86,8 @@ def make_filter(
     Raises
     ------
     ValueError
-        If p or q is above 3, a number is out of range, or a model without a mean or a deviation
-        comes without `offset` or `scale`.
+        If p or q is above 3, a number is out of range, or a model without mean or standard
+        deviation is used without `offset` or `scale`.
 
     Examples
     --------
@@ -164,7 +164,7 @@ def _build_filter(
 
 
 def _common_order(models: "Sequence[ArmaModel]") -> tuple[int, int]:
-    """Return the orders that hold all models; the filter's p is at least 1."""
+    """Return the largest orders of all models; the filter's p is at least 1."""
     p, q = (max(model.order[i] for model in models) for i in (0, 1))
     if max(p, q) > _MAX_ORDER:
         raise ValueError(f"a filter has orders up to (3, 3), the model has ({p}, {q})")
@@ -180,7 +180,7 @@ def _start_parts(
     scale: float | None,
 ) -> Parts:
     if not model.sigma2 > 0.0:
-        raise ValueError("a model whose innovations have variance 0 makes no filter")
+        raise ValueError("a filter needs a model whose innovations have a variance above 0")
     offset = _model_offset(model) if offset is None else offset
     scale = _model_scale(model) if scale is None else scale
     parts = _split_noises(model, measurement_noise, process_noise)
@@ -244,8 +244,8 @@ def _require_finite(name: str, value: float) -> float:
 def _coefficient_covariance(model: "ArmaModel", scale: float) -> Floats:
     """Return the covariance of [phi, theta, c / scale] over the innovation variance.
 
-    Of centred and scaled samples, whose regressors are orthogonal to the constant. Together with
-    the one sample of each that least squares starts with: P (1 + P)^-1.
+    Samples are centred and scaled, so their regressors are orthogonal to the constant. With the
+    prior of one sample that least squares starts with: P (1 + P)^-1.
     """
     P = np.zeros_like(model.covariance)
     P[:-1, :-1] = model.covariance[:-1, :-1] * (scale**2 / model.sigma2)
@@ -257,14 +257,14 @@ def _coefficient_covariance(model: "ArmaModel", scale: float) -> Floats:
 
 
 def _constant_variance(model: "ArmaModel") -> float:
-    """Return the variance of the constant over that of the innovations, samples being centred."""
+    """Return the variance of the constant over that of the innovations, for centred samples."""
     if not model.n or not model.has_constant:
         return 0.0
     return at_one(model.theta) ** 2 / model.n
 
 
 def _drift_covariance(phi: Floats, g: float, scale: float) -> Floats:
-    """Return that of [y_k ... y_(k-p+1)]: stationary, or that of the record for each."""
+    """Return the covariance of [y_k ... y_(k-p+1)]: stationary, or diagonal."""
     p = phi.size
     if not is_stationary(phi):
         return np.eye(p) * scale**2
@@ -275,17 +275,17 @@ def _drift_covariance(phi: Floats, g: float, scale: float) -> Floats:
 def split_noise(
     phi: Floats, theta: Floats, sigma2: float, measurement_noise: float | None = None
 ) -> NoiseSplit:
-    """Return the drift and the white noise whose sum is the process, or comes closest to it.
+    """Return the drift and the white noise whose sum is the process, or approximates it best.
 
-    w = phi(B) z has the autocovariance of theta(B) a, and must have that of a white g and of
-    phi(B) v: gamma_w(j) = g [j = 0] + R sum_i phi'_i phi'_(i+j), phi' = [1, -phi]. Where this has
-    a solution it is taken (ARMA(1, 1): R = -theta sigma2 / phi). Else the likeliest non-negative g
-    and R are taken: least squares of gamma_w itself would find drift of four times the variance
-    of the whole process in Fu and Han's own ARMA(2, 1), whose spectrum has no drift at all.
+    w = phi(B) z has the autocovariance of theta(B) a, and must have that of a white g and of phi(B)
+    v: gamma_w(j) = g [j = 0] + R sum_i phi'_i phi'_(i+j), phi' = [1, -phi]. A solution is used if
+    one exists (ARMA(1, 1): R = -theta sigma2 / phi), else the non-negative g and R of maximum
+    likelihood. Least squares of gamma_w itself would find a drift of four times the variance of the
+    whole process in Fu and Han's ARMA(2, 1), whose spectrum has no drift.
 
-    A model without an autoregression has no drift, and all of it is R. Without a white part R is
-    the Allan variance at tau0, gamma_0 - gamma_1, to which the recursion of Fu & Han (2019),
-    equation 18, converges. A `measurement_noise` that is given takes the place of R.
+    A model without an autoregression has no drift: its whole variance is R. Without a white part R
+    is the Allan variance at tau0, gamma_0 - gamma_1, to which the recursion of Fu & Han (2019),
+    equation 18, converges. A stated `measurement_noise` replaces R.
     """
     if not np.any(phi):
         white = float(sigma2 * (1.0 + theta @ theta))
@@ -317,9 +317,9 @@ def _autocorrelate(coefficients: Floats, lags: int) -> Floats:
 
 
 def _fit_split(auto: Floats, moving: Floats) -> NoiseSplit:
-    """Return the g + R |phi|^2 that is likeliest for |theta|^2, by Whittle's likelihood.
+    """Return the g and R whose g + R |phi|^2 has the largest Whittle likelihood for |theta|^2.
 
-    Its maximum is least squares with each frequency weighed by the fit itself.
+    The maximum is a least-squares fit with each frequency weighted by the fit itself.
     """
     frequencies = np.union1d(np.linspace(0.0, np.pi, 4097)[1:], np.geomspace(1e-7, np.pi, 401))
     density = np.gradient(frequencies)
@@ -336,9 +336,9 @@ def _power_response(coefficients: Floats, frequencies: Floats) -> Floats:
 
 
 def _first_difference(phi: Floats, theta: Floats, sigma2: float) -> float:
-    """Return half the variance of z_k - z_(k-1), also of a walk, whose difference is stationary."""
+    """Return half the variance of z_k - z_(k-1), which exists for a random walk, too."""
     if not at_one(-phi):
-        # phi(B) = (1 - B) rest(B): the difference has rest in the place of phi.
+        # phi(B) = (1 - B) rest(B): the difference has rest instead of phi.
         rest = -np.cumsum(np.concatenate(([1.0], -phi)))[1:-1]
         return 0.5 * float(autocovariance(rest, theta, sigma2, 0)[0])
     if not is_stationary(phi):

@@ -106,7 +106,7 @@ class Identification(Result):
 
     @property
     def residuals(self) -> Floats:
-        """Innovations of `model`, shape (n,), NaN where there is none."""
+        """Innovations of `model`, shape (n,), NaN for missing ones."""
         return self.model.residuals(self.prepared.data)
 
     @cached_property
@@ -116,7 +116,7 @@ class Identification(Result):
 
     @property
     def verdict(self) -> tuple[str, ...]:
-        """Conclusions from the numbers, a sentence each."""
+        """Conclusions from the numbers, one sentence each."""
         return conclusions(self)
 
     def to_dict(self) -> dict[str, Any]:
@@ -127,7 +127,7 @@ class Identification(Result):
 _STARTUP_SAMPLES: Final = 100
 _CHECKPOINT_COUNT: Final = 200
 _MAX_ORDER: Final = 3
-"""Order up to which the recursion is built."""
+"""Largest order of the online recursion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,11 +137,11 @@ class OnlineFit:
     Attributes
     ----------
     samples : ndarray of int64, shape (m,)
-        How many had been given at each moment, evenly spaced in their logarithm.
+        Number of processed samples at each recorded time, evenly spaced in its logarithm.
     coefficients : ndarray, shape (m, p + q + 1)
-        [phi, theta, c] at these moments, c in the unit of the record.
+        [phi, theta, c] at these times, c in the unit of the record.
     distance : ndarray, shape (p + q,)
-        How far the last phi and theta are from the offline ones, in their standard errors.
+        Distance of the last phi and theta from the offline estimates, in standard errors.
     """
 
     samples: Integers
@@ -162,13 +162,13 @@ def learn_online(record: Floats, offline: ArmaModel) -> OnlineFit | None:
     record : ndarray, shape (n,)
         NaN where missing.
     offline : ArmaModel
-        Of the same record.
+        Offline model of the same record.
 
     Returns
     -------
     Online or None
-        None for an order without an autoregressive part, or beyond 3, and for a record no longer
-        than the start-up of 100 samples.
+        None for orders without an autoregressive part or above 3, and for a record of at most 100
+        samples, the start-up.
     """
     p, q = offline.order
     if not 1 <= p <= _MAX_ORDER or q > _MAX_ORDER or record.size <= _STARTUP_SAMPLES:
@@ -197,7 +197,7 @@ def _sigma_distance(last: Floats, offline: ArmaModel) -> Floats:
 Method = Literal["css", "exact"]
 
 MIN_SAMPLES: Final = 200
-"""Fewer leave the tests without power."""
+"""Least number of samples: with fewer the tests have no power."""
 
 _CORRELOGRAM_LAGS: Final = 40
 _RESIDUAL_LAGS: Final = 20
@@ -239,7 +239,8 @@ def identify(
     rate : float
         Samples per second, Hz; by default that of a `Log`.
     name, unit : str
-        Of the axis, for the report; by default those of a `Log`, or in the name of a column.
+        Name and unit of the axis, for the report; by default those of a `Log`, or from the name of
+        a column.
     order : (int, int), optional
         Orders p, q of the model; by default the clear choice of the criterion.
     max_order : int
@@ -247,29 +248,28 @@ def identify(
     max_p, max_q : int
         Largest orders of the ARMA models.
     criterion : str
-        By which orders are chosen: "fpe", "aic", "aicc", "bic" or "hq".
+        Criterion for the choice of orders: "fpe", "aic", "aicc", "bic" or "hq".
     segments : int
-        How many parts of the record the tests of stationarity compare; fewer where a part would
-        have less than 10 samples.
+        Number of segments that the tests of stationarity compare; fewer if a segment would have
+        less than 10 samples.
     method : str
-        Of the ARMA model: "css", the conditional sum of squares, or "exact", the likelihood.
+        Estimation of the ARMA model: "css", the conditional sum of squares, or "exact", the
+        likelihood.
     progress : callable, optional
-        Called with the step's name and the fraction of the whole that is done.
-        By default a bar in a notebook.
+        Called with the step's name and the fraction done. Default: a bar in a notebook.
     **preparation
         ``smooth``, ``outliers``, ``window``, ``threshold``, ``trend`` and ``decimate`` of
-        `prepare`; by default nothing is done to the record, and a constant of the models takes
-        up its mean.
+        `prepare`; by default the record is unchanged, and the models have a constant for its mean.
 
     Returns
     -------
     Identification
-        Tests, criteria and models, `verdict` in words, and `plot`.
+        Tests, criteria and models; `verdict` has the conclusions as sentences, `plot` the figure.
 
     Raises
     ------
     TypeError, ValueError
-        If the record or an argument is not as described, or fewer than 200 samples are there.
+        If the record or an argument is not as described, or there are fewer than 200 samples.
 
     Notes
     -----
@@ -325,7 +325,7 @@ def identify(
 def _fit_model(
     data: Floats, order: tuple[int, int] | None, selection: OrderSelection, method: Method
 ) -> ArmaModel:
-    """Return the model of an order, started from the result of the comparison if it has one."""
+    """Return the model of an order, with the comparison's result as the start if there is one."""
     p, q = order or selection.clear
     start = dict(zip(selection.orders, selection.coefficients, strict=True)).get((p, q))
     return fit_arma(data, p, q, method=method, start=start)
@@ -339,7 +339,8 @@ def _prepare_record(record: Floats, rate: float, preparation: Preparation) -> Pr
 
 
 _MAX_SIZE_RATIO: Final = 1e8
-"""Times the median distance from the median: next to such a square all others are rounding."""
+"""Largest distance from the median, in median distances: with the square of a larger one all others
+are rounding."""
 
 
 def _check_sizes(data: Floats) -> None:
@@ -349,7 +350,7 @@ def _check_sizes(data: Floats) -> None:
     if 0.0 < _MAX_SIZE_RATIO * typical < away[farthest]:
         raise ValueError(
             make_sentence(
-                f"identification needs samples of one size: sample {farthest} is "
+                f"identification needs samples of similar size: sample {farthest} is "
                 f"{data[farthest]:g}, and half of all lie within {typical:.3g} of {middle:.3g}; ",
                 keyword_argument("outliers"),
                 " can replace it",
@@ -358,14 +359,14 @@ def _check_sizes(data: Floats) -> None:
 
 
 _MIN_MEANS: Final = 30
-"""Fewest residuals that determine their variance to a quarter."""
+"""Least number of residuals, which determines their variance to 25 %."""
 
 
 def compute_slow_ratio(result: Identification) -> float:
     """Return the variance of the segments' means over that of the model.
 
-    Orders are chosen by the next sample, to which a slow drift adds next to nothing: a model can
-    leave white residuals and know nothing of the drift, which then shows here.
+    Orders are chosen by the prediction of the next sample, to which a slow drift contributes
+    little. A model can leave white residuals and lack the drift; this ratio is then large.
 
     Parameters
     ----------
@@ -375,8 +376,8 @@ def compute_slow_ratio(result: Identification) -> float:
     Returns
     -------
     float
-        About 1 where the model knows all there is; NaN where fewer than 30 segments have samples
-        or the model is not stationary.
+        About 1 if the model is complete; NaN if fewer than 30 segments have samples or the model is
+        not stationary.
     """
     means = result.tests.segment_means[np.isfinite(result.tests.segment_means)]
     if means.size < _MIN_MEANS or not result.model.stationary:

@@ -1,4 +1,4 @@
-"""A small neural network as the state equation of a gyro's noise, and its gain over AR."""
+"""A small neural network as the state equation of a gyro's noise, compared with an AR model."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ MAX_HIDDEN: Final = 8
 MAX_INPUTS: Final = 64
 MAX_TRAINING_SAMPLES: Final = 20_000
 SAMPLES_PER_WEIGHT: Final = 50
-"""Samples: with fewer, what a weight gains on them is chance."""
+"""Least number of samples for each weight: with fewer, a gain is chance."""
 
 MIN_GAIN: Final = 0.01
 MAX_LIMIT_CYCLE: Final = 0.01
 FREE_RUN_STEPS: Final = 3000
-"""Steps; what the map still does in the last third of them it does for ever."""
+"""Steps of a free run; the last third shows the permanent behaviour."""
 
 MAX_ROUNDS: Final = 200
 COST_TOLERANCE: Final = 1e-10
@@ -35,7 +35,7 @@ MAX_DAMPING: Final = 1e12
 
 @dataclass(frozen=True, eq=False)
 class NetworkModel:
-    """Prediction of a record's next sample from the last ones, by tanh units and a linear output.
+    """Network of tanh units and a linear output that predicts the next sample from the last ones.
 
     ``z_k = mean + scale (output @ tanh(weights @ x + biases) + offset) + a_k`` with ``x = (past -
     mean) / scale`` and ``past`` the last samples, the newest first.
@@ -86,38 +86,38 @@ class NetworkModel:
 
     @property
     def inputs(self) -> int:
-        """Samples that a step is made from."""
+        """Number of past samples used in a step."""
         return int(self.weights.shape[1])
 
     @property
     def hidden(self) -> int:
-        """Units of tanh."""
+        """Number of tanh units."""
         return int(self.weights.shape[0])
 
     @property
     def gain_over_ar(self) -> float:
-        """Reduction of its error compared with the autoregression: 0.01 is one per cent."""
+        """Relative reduction of the error from that of the AR model: 0.01 is one per cent."""
         return 1.0 - self.rmse / self.ar_rmse
 
     @property
     def verdict(self) -> NetworkVerdict:
         """Verdict on the use of the network: "gain", "no gain" or "oscillates".
 
-        It oscillates if the map left alone keeps more than 0.01 of the record's deviation, and
-        below one per cent there is no gain.
+        "oscillates": the free-running network keeps more than 0.01 of the record's standard
+        deviation. "no gain": less than one per cent.
         """
         if self.limit_cycle > MAX_LIMIT_CYCLE:
             return "oscillates"
         return "gain" if self.gain_over_ar >= MIN_GAIN else "no gain"
 
     def step(self, past: npt.ArrayLike) -> Floats:
-        """Return the next value: (…, inputs), the newest first, to (…,), unit of the record."""
+        """Return the next value, shape (…,), from past ones, shape (…, inputs), newest first."""
         x = self._scale_inputs(past)
         units = np.tanh(x @ self.weights.T + self.biases)
         return self.mean + self.scale * (units @ self.output + self.offset)
 
     def gradient(self, past: npt.ArrayLike) -> Floats:
-        """Return the derivatives of the next value by each input: the shape of `past`.
+        """Return the derivatives of the next value by each input, in the shape of `past`.
 
         It is the first row of the transition matrix of an extended Kalman filter.
         """
@@ -125,7 +125,7 @@ class NetworkModel:
         return (slopes * self.output) @ self.weights
 
     def predict(self, z: npt.ArrayLike) -> Floats:
-        """Return each sample as the ones before make it, shape (n,); NaN where one is missing."""
+        """Return the prediction of each sample, shape (n,); NaN if an input is missing."""
         record = mark_gaps(as_record(z))
         predicted = np.full(record.size, np.nan)
         if record.size > self.inputs:
@@ -144,10 +144,10 @@ def fit_network(
 ) -> NetworkModel:
     """Train a network to predict the next sample from the last ones, and compare it with AR.
 
-    It is trained on the first half of the record, 20,000 samples at most, and tested on the rest:
-    against an autoregression of as many inputs, and by running freely. On gyros at rest it gains
-    nothing: `gain_over_ar` is below one per cent on every recording tried. If it gains anything it
-    may have learned to oscillate by itself, and a filter built on it follows that: read `verdict`
+    The network is trained on the first half of the record, at most 20,000 samples, and tested on
+    the rest, against an autoregression with as many inputs and in a free run. On gyros at rest it
+    has no gain: `gain_over_ar` is below one per cent on every recording tried. A network with a
+    gain may have learned to oscillate by itself, and so would a filter with it: read `verdict`
     first.
 
     Parameters
@@ -177,8 +177,8 @@ def fit_network(
     Notes
     -----
     Levenberg-Marquardt: K. Levenberg, Quarterly of Applied Mathematics 2, 1944; D. W. Marquardt,
-    Journal of the Society for Industrial and Applied Mathematics 11, 1963. Weights do not depend
-    on the unit. 0.3 to 3 s for 20,000 samples.
+    Journal of the Society for Industrial and Applied Mathematics 11, 1963. Weights do not depend on
+    the unit. Training on 20,000 samples takes 0.3 to 3 s.
 
     Examples
     --------
@@ -223,22 +223,21 @@ def _check_enough(training_count: int, test_count: int, weights: int) -> None:
     if training_count < SAMPLES_PER_WEIGHT * weights:
         raise ValueError(
             f"a network of {weights} weights needs {SAMPLES_PER_WEIGHT * weights} samples "
-            "to be trained on, "
-            f"{SAMPLES_PER_WEIGHT} a weight, each with those before it; the first half of "
-            f"z has {training_count}"
+            f"for training, {SAMPLES_PER_WEIGHT} a weight, each with all its inputs; the first "
+            f"half of z has {training_count}"
         )
     if test_count == 0:
         raise ValueError("the second half of z has no step without a missing sample for the test")
 
 
 def _past_windows(record: Floats, inputs: int) -> Floats:
-    """Return the samples before each but the first ones, the newest first."""
+    """Return the past samples of each sample after the first ones, newest first."""
     windows = np.lib.stride_tricks.sliding_window_view(record[:-1], inputs)
     return windows[:, ::-1]
 
 
 def _training_pairs(record: Floats, inputs: int) -> tuple[Floats, Floats]:
-    """Return past and next of every step without a missing sample."""
+    """Return past and next samples of every step without a missing sample."""
     past, then = _past_windows(record, inputs), record[inputs:]
     there = np.isfinite(then) & np.isfinite(past).all(axis=1)
     return np.ascontiguousarray(past[there]), then[there]
@@ -247,7 +246,7 @@ def _training_pairs(record: Floats, inputs: int) -> tuple[Floats, Floats]:
 def _unpack_weights(
     theta: Floats, inputs: int, hidden: int
 ) -> tuple[Floats, Floats, Floats, float]:
-    """Return weights, biases, output and offset out of one vector."""
+    """Split one vector into weights, biases, output and offset."""
     w, b, v, c = np.split(theta, np.cumsum([hidden * inputs, hidden, hidden]))
     return w.reshape(hidden, inputs), b, v, float(c[0])
 
@@ -263,13 +262,13 @@ def _initial_weights(
 
 
 def _train(theta: Floats, x: Floats, y: Floats, inputs: int, hidden: int) -> Floats:
-    """Return the weights at the least sum of squares, by Levenberg and Marquardt's method."""
+    """Return the weights with the least sum of squares (Levenberg-Marquardt)."""
     damping, cost = 1e-3, _cost(theta, x, y, inputs, hidden)
     for _ in range(MAX_ROUNDS):
         normal, slope = _normal_equations(theta, x, y, inputs, hidden)
         before = cost
         while damping < MAX_DAMPING:
-            # Marquardt's: each weight on a scale of its own.
+            # Marquardt's scaling: each weight has its own scale.
             damped = normal + damping * np.diag(np.diag(normal) + 1e-12)
             candidate = theta + np.linalg.solve(damped, slope)
             candidate_cost = _cost(candidate, x, y, inputs, hidden)
@@ -303,7 +302,7 @@ def _rms(error: Floats) -> float:
 
 
 def _limit_cycle(model: NetworkModel, past: Floats) -> float:
-    """Return the deviation of the last third of a run of the map, in that of the record."""
+    """Return the standard deviation of the last third of a free run, over that of the record."""
     x, path = past.copy(), np.empty(FREE_RUN_STEPS)
     for k in range(FREE_RUN_STEPS):
         path[k] = np.tanh(model.weights @ x + model.biases) @ model.output + model.offset

@@ -18,7 +18,7 @@ _CHI_SQUARED_95: Final = 5.991464547107979
 
 _ANDERSON_DARLING_95: Final = 0.752
 _MAX_STATISTIC: Final = 13.0
-"""End of the published probabilities."""
+"""Limit of the published probabilities."""
 
 _PROBABILITY_PIECES: Final[tuple[tuple[float, bool, tuple[float, float, float]], ...]] = (
     (0.2, True, (-13.436, 101.14, -223.73)),
@@ -29,7 +29,7 @@ _PROBABILITY_PIECES: Final[tuple[tuple[float, bool, tuple[float, float, float]],
 """Upper end, flag for 1 minus the exponential, and the polynomial in its exponent."""
 
 _MIN_DISTINCT_SHARE: Final = 0.1
-"""Different values in a sample's number from which on down a record is coarse."""
+"""Largest share of distinct values at which a record counts as coarse."""
 
 
 def jarque_bera(z: npt.ArrayLike) -> Verdict:

@@ -93,7 +93,7 @@ class OrderSelection:
 
     @property
     def scores(self) -> Floats:
-        """The chosen criterion, shape (m,), FPE as n ln FPE: all are n ln sigma2 plus a cost."""
+        """The criterion of each model, shape (m,): n ln sigma2 plus a penalty, or n ln FPE."""
         values: Floats = getattr(self, self.criterion)
         return self.n * np.log(values) if self.criterion == "fpe" else values
 

@@ -153,7 +153,7 @@ class StateSpace:
         frequencies : array_like
             In Hz, any shape.
         rate : float
-            Samples a second.
+            Samples per second.
         """
         delays = np.exp(-2j * np.pi * np.asarray(frequencies, dtype=np.float64) / rate)
         systems = np.eye(self.size) - delays[..., np.newaxis, np.newaxis] * self.F

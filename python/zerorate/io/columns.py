@@ -67,7 +67,7 @@ class Timing:
         object.__setattr__(self, "unit", check_time_unit(self.unit))
 
     def apply(self, table: Table) -> Table:
-        """Return a table with its time as the caller says; LogError if there is no such column."""
+        """Return a table with the stated time column; LogError if there is no such column."""
         if self.torn is not None and table.whole is not None:
             table = table.whole()
         if self.unit is not None:

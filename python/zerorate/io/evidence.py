@@ -400,7 +400,7 @@ def gyro_of_many(table: Table, places: Sequence[int]) -> tuple[Sequence[int], Se
 
 
 def named_by_values(table: Table) -> Table:
-    """Return a table without names with those of the gyro and the accelerometer in six columns."""
+    """Return a table with its six columns named as gyro and accelerometer by their values."""
     if table.names is not None or not 2 * _AXES_COUNT <= table.width <= _MAX_UNNAMED_COLUMNS:
         return table
     try:

@@ -90,19 +90,19 @@ def explain(path: str | os.PathLike[str], **arguments: Unpack[ReadArguments]) ->
     path
         The file, or the folder of a bag.
     **arguments
-        Of `zerorate.io.read_recording`.
+        Arguments of `zerorate.io.read_recording`.
 
     Returns
     -------
     Explanation
-        Explanation; if the file cannot be read as a recording, ``notes`` begins with the reason.
+        If the file cannot be read as a recording, its ``notes`` begin with the reason.
 
     Raises
     ------
     LogError
         If the format is not known, or the file is damaged.
     OSError, ImportError
-        As of `zerorate.io.read_recording`.
+        As in `zerorate.io.read_recording`.
     """
     file = Path(path)
     label = label_of(file)

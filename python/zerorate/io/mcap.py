@@ -18,6 +18,7 @@ from typing import IO, Any, Final
 
 import numpy as np
 
+from zerorate._native import pack_lz4
 from zerorate.io.gyroflow import find_triad
 from zerorate.io.table import Column
 from zerorate.record.log import Log, LogError
@@ -28,6 +29,7 @@ from zerorate.units import convert
 _MAGIC: Final = b"\x89MCAP0\r\n"
 _CHUNK_ROWS: Final = 8192
 """Rows of a chunk, which readers hold in memory."""
+_COMPRESSION: Final = "lz4"
 _CDR: Final = b"\x00\x01\x00\x00"
 _TOPIC_FRAMES: Final = {"/pose": b"global\0"}
 _FRAME: Final = b"sensor\0"
@@ -89,7 +91,7 @@ def write_mcap(log: Log, path: Path, names: Sequence[str]) -> None:
     Raises
     ------
     LogError
-        If a time is before zero, which MCAP does not know.
+        If a time is negative, which MCAP cannot store.
     """
     if log.n and log.sampled[0] < 0:
         raise LogError(f"MCAP has no times before 0, got {log.sampled[0]:g} s")
@@ -231,13 +233,14 @@ class _McapWriter:
         rows = self._rows[: len(stamps)]
         for number, topic in enumerate(self._topics, 1):
             _fill_values(rows[f"m{number}"], topic, stamps, part)
-        raw = rows.view(np.uint8).data
+        raw = rows.view(np.uint8)
+        packed = pack_lz4(raw)
         span = struct.pack("<QQ", stamps.min(), stamps.max())
         at = self._file.tell()
-        head = span + struct.pack("<QI", len(raw), zlib.crc32(raw)) + _encode_text("")
-        head += struct.pack("<Q", len(raw))
-        self._file.write(b"\x06" + struct.pack("<Q", len(head) + len(raw)) + head)
-        self._file.write(raw)
+        head = (
+            span + struct.pack("<QI", len(raw), zlib.crc32(raw.data)) + _encode_text(_COMPRESSION)
+        )
+        self._file.write(_encode_record(0x06, head + struct.pack("<Q", len(packed)) + packed))
         index_offsets, indexed = b"", self._file.tell()
         for number in range(1, len(self._topics) + 1):
             index_offsets += struct.pack("<HQ", number, self._file.tell())
@@ -254,8 +257,8 @@ class _McapWriter:
                 + struct.pack("<QQ", at, indexed - at)
                 + _encode_bytes(index_offsets)
                 + struct.pack("<Q", self._file.tell() - indexed)
-                + _encode_text("")
-                + struct.pack("<QQ", len(raw), len(raw)),
+                + _encode_text(_COMPRESSION)
+                + struct.pack("<QQ", len(packed), len(raw)),
             )
         )
 
@@ -300,7 +303,6 @@ def _fill_constants(messages: np.ndarray[Any, Any], number: int, topic: _Topic) 
 def _fill_values(
     messages: np.ndarray[Any, Any], topic: _Topic, stamps: Integers, part: slice
 ) -> None:
-    messages["sequence"] = np.arange(part.start, part.start + len(stamps))
     messages["logged"] = messages["published"] = stamps
     messages["seconds"], messages["nanoseconds"] = np.divmod(stamps, 1_000_000_000)
     for i, (name, _) in enumerate(topic.fields):

@@ -23,12 +23,12 @@ def read_mounting(path: str | os.PathLike[str]) -> Mounting:
 
     The keys are body_from_sensor (a matrix as JSON), antenna_from_imu_m, and time_offset_s, an
     offset to add to the times of the fixes, or imu_time_offset_s, one to add to those of the
-    sensors. Files of other formats state nothing.
+    sensors. Files of other formats have no such metadata.
 
     Raises
     ------
     LogError
-        If a statement cannot be read.
+        If a value in the metadata cannot be read.
 
     Examples
     --------
@@ -53,14 +53,14 @@ def read_mounting(path: str | os.PathLike[str]) -> Mounting:
 def mounting_of(text: str) -> Mounting:
     """Return the mounting in a text: nine numbers of a rotation row by row, or a file.
 
-    A file has the numbers in its text, or states the mounting in its metadata.
+    A file has the numbers in its text, or the mounting in its metadata.
 
     Raises
     ------
     ArgumentError
         If these are not nine numbers.
     LogError
-        As of `read_mounting`.
+        As in `read_mounting`.
 
     Examples
     --------

@@ -77,7 +77,7 @@ class ReadOptions:
     Parameters
     ----------
     rate, columns, topic, sensor
-        As of `read_log`; the rate is checked.
+        As in `read_log`; the rate is checked.
     scaling
         What values are multiplied by.
     span
@@ -563,13 +563,13 @@ def read_sensors(
     Parameters
     ----------
     source
-        As of `read_log`.
+        As in `read_log`.
     unit
         Where the file does not say it: of an angular rate, of an acceleration, or both, with a
         comma between or as a sequence. A column that neither its name nor its suffix places is of
         the first.
     **arguments
-        As of `read_log`. By default the axes of every gyro and accelerometer are read, one of each
+        As in `read_log`. By default the axes of every gyro and accelerometer are read, one of each
         device, and of every device; ``scale`` may be of both, ``{"gyro": 1 / 131, "accel":
         1 / 16384}``; ``start`` and ``stop`` count from the earlier of the two first samples.
 

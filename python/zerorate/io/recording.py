@@ -98,7 +98,7 @@ def read_recording(
     Parameters
     ----------
     source
-        As of `read_log`; or a list of them, such as the file of an IMU and that of a GNSS
+        As in `read_log`; or a list of them, such as the file of an IMU and that of a GNSS
         receiver, whose logs keep their own clocks.
     rate
         Samples per second of the gyro and of sensors without timestamps, Hz.
@@ -129,7 +129,7 @@ def read_recording(
         of all logs of a source; those of a list have clocks of their own. Another sensor than the
         gyro without a sample there is left out, and ``notes`` says so.
     time, time_unit, torn
-        As of `read_log`; in a source of several tables the column is that of those that have it.
+        As in `read_log`; in a source of several tables the column is that of those that have it.
 
     Returns
     -------

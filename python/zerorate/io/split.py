@@ -16,7 +16,7 @@ def split_log(source: LogSource, group_by: str | int) -> dict[str, Part]:
     Parameters
     ----------
     source
-        As of `read_log`, without topics.
+        As in `read_log`, without topics.
     group_by
         Name or index of the column that distinguishes the records: an id, a name, a number.
 

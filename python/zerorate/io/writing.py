@@ -45,19 +45,19 @@ def write_log(
     log
         Log to write. Columns without a unit in their name get the suffix of the log's unit.
     path
-        ``.csv``, ``.tsv``, ``.npz`` or ``.parquet``. A text table begins with one ``#`` line
-        where its columns alone would not give back the rate, unit and names. For other programs
-        ``.mcap`` (Foxglove, PlotJuggler) and ``.gcsv`` (Gyroflow), in the units of these;
-        `read_log` returns no more than they hold.
+        ``.csv``, ``.tsv``, ``.npz`` or ``.parquet``. A text table begins with a ``#`` line if rate,
+        unit and names do not follow from its columns. For other programs ``.mcap`` (Foxglove,
+        PlotJuggler) and ``.gcsv`` (Gyroflow), in the units of these programs; such a file does not
+        hold all of a log.
     force
         Replace an existing file; default no.
 
     Raises
     ------
     ValueError
-        If the suffix is not one of these.
+        If the suffix is none of these.
     LogError
-        If two columns would have one name, or a name ends in another unit than the log's.
+        If two columns would have the same name, or a name ends in another unit than the log's.
     OSError
         If the file exists (without ``force``) or the folder is missing or not writable. Nothing
         is left half-written.

@@ -1,4 +1,4 @@
-"""A record after the linear Kalman filter, and smoothed."""
+"""Results of a linear Kalman filter on a record, filtered and smoothed."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from zerorate.views import Result
 
 @dataclass(frozen=True)
 class SmoothedRun(Result):
-    """State and covariance at each sample, from the whole record.
+    """Smoothed state and covariance at each sample.
 
     Examples
     --------
@@ -24,16 +24,16 @@ class SmoothedRun(Result):
     """
 
     state: Floats
-    """(n, N), with channels (n, k, N)."""
+    """States, shape (n, N), with channels (n, k, N)."""
     covariance: Floats
-    """(n, N, N), with channels (n, k, N, N)."""
+    """Covariances, shape (n, N, N), with channels (n, k, N, N)."""
 
 
 class LinearRun(Result):
     """Result of ``LinearKalman.process``: the estimate after each sample of a record.
 
-    With channels every array has their axis after that of the samples. Channels that share a
-    covariance have a read-only view of it.
+    With channels, every array has the axis of channels after the axis of samples. Channels with the
+    same covariance share a read-only view of it.
 
     Examples
     --------
@@ -48,58 +48,59 @@ class LinearRun(Result):
 
     def __init__(self, *, state: Floats, **arrays: Floats) -> None:
         self.state = state
-        """(n, N)."""
+        """States, shape (n, N)."""
         self._arrays = arrays
 
     @property
     def complete(self) -> bool:
-        """True if more was kept than the states."""
+        """True if covariances and innovations were kept, too."""
         return "covariance" in self._arrays
 
     def _require(self, name: str) -> Floats:
         if name not in self._arrays:
-            raise ValueError("only the state of this run was kept: process(..., keep='all')")
+            raise ValueError("this run kept only the states: use process(..., keep='all')")
         return self._arrays[name]
 
     @property
     def covariance(self) -> Floats:
-        """Covariance of the state: (n, N, N)."""
+        """Covariances of the state, shape (n, N, N)."""
         return self._require("covariance")
 
     @property
     def innovation(self) -> Floats:
-        """Each measurement minus its prediction, NaN where it is missing: (n, m)."""
+        """Innovation of each measurement, shape (n, m); NaN for missing ones."""
         return self._require("innovation")
 
     @property
     def nis(self) -> Floats:
-        """Squares of the innovations relative to their covariance S: (n,).
+        """Normalised innovations squared, shape (n,).
 
-        As large as there are measurements in the mean where the model is right; NaN where all
-        are missing.
+        Their mean is the number of measurements if the model is right; NaN if all measurements are
+        missing.
         """
         return self._require("nis")
 
     @property
     def log_likelihood(self) -> Floats:
-        """Logarithm of the density predicted for each sample: (n,).
+        """Log-likelihood of each sample, shape (n,).
 
-        The sum is that of the record. It is 0 where all measurements are missing.
+        Their sum is the log-likelihood of the record. It is 0 for a sample with all measurements
+        missing.
         """
         return self._require("log_likelihood")
 
     @property
     def missing(self) -> Booleans:
-        """Mask of missing measurements: (n, m)."""
+        """Mask of missing measurements, shape (n, m)."""
         return np.isnan(self.innovation)
 
     def smooth(self) -> SmoothedRun:
-        """Return states and covariances given the whole record.
+        """Return the smoothed states and covariances, given the whole record.
 
         Raises
         ------
         ValueError
-            Only the states were kept.
+            If only the states were kept.
 
         References
         ----------
@@ -107,7 +108,7 @@ class LinearRun(Result):
         """
         state, covariance = self.state, self._require("covariance")
         is_single = state.ndim == 2
-        # One matrix that all channels share.
+        # All channels share one matrix.
         shared = not is_single and covariance.strides[1] == 0
         joint = covariance[:, :1] if shared else covariance
         B, u = self._arrays.get("B"), self._arrays.get("u")

@@ -1,10 +1,11 @@
 """Navigation by inertial sensors and a receiver: alignment, clocks, tracks, outages.
 
-The filter itself is `zerorate.NavigationFilter`, of the core.
+The filter itself is `zerorate.NavigationFilter`, of the core, as is `NavigationBank`.
 """
 
 from typing import TYPE_CHECKING, Final
 
+from zerorate._native import NavigationBank
 from zerorate.lazy import lazy_exports
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ __all__ = [
     "Axes",
     "Beginning",
     "FoundNoise",
+    "NavigationBank",
     "NavigationChecks",
     "NavigationFinding",
     "Outages",

@@ -188,9 +188,8 @@ def _find_rest(imu: Recording, samples: Samples) -> tuple[float, float]:
         return first, first + max(_MIN_REST_S, 0.5 * (last - first)) if ends else last
     raise LogError(
         make_sentence(
-            f"{imu.source}: the vehicle does not rest for {_MIN_REST_S:g} s, which an "
-            "alignment needs: "
-            "say with ",
+            f"{imu.source}: the vehicle does not rest for {_MIN_REST_S:g} s, which an alignment "
+            f"needs: state a rest with ",
             keyword_argument("span"),
             " when it rests",
         )

@@ -273,7 +273,7 @@ def find_beginning(
     found = search.find_noise(start, offset, arm) if noise == "auto" else None
     if clock is not None and found is not None and min(found.factors[:2]) < _MAX_NOISE_FACTOR:
         # Sensors that are better than assumed tell more of clock and antenna.
-        search = replace(search, options={**options, **found.models})
+        search = replace(search, options={**options, **found.white_models})
         start, offset, clock, sentence = search.find_start_and_clock(nav_checks)
         arm = search.arm(clock, offset)
     on_axes = (
@@ -312,7 +312,7 @@ class _Arm:
         """Return that which was found with a clock."""
         place, sigma = np.array(clock.antenna), np.array(clock.antenna_sigma)
         fitted = ", ".join(map(format_with_error, place, sigma))
-        note = f"the antenna is {fitted} m forward, right and down of the sensors, as the fixes fit"
+        note = f"the antenna is {fitted} m forward, right and down of the sensors, from the fixes"
         return cls(place, sigma, True, f"{note} best")
 
 
@@ -367,7 +367,9 @@ class _Search:
             automatic = keyword_argument("time_offset", "auto", "time_offset='auto'")
             fit = f"the fixes fit best with {values}, not {stated:g} s: "
             return start, initial_offset, clock, make_sentence(fit, automatic)
-        sentence: str = f"the clock is as sensors and fixes fit best: {values}"
+        sentence: str = (
+            f"the clock offset is the one with the best fit of sensors and fixes: {values}"
+        )
         if vehicle.offset_source:
             typed = keyword_argument("time_offset", f"{stated:g}")
             not_it = f"{sentence}; not {stated:g} s, as the metadata say: "
@@ -484,7 +486,8 @@ def _describe_axes(axes: Axes | None) -> str:
     tilt = math.degrees(math.acos(max(-1.0, min(1.0, float(axes.body_from_sensor[2, 2])))))
     option = keyword_argument("mount", "none", "mount='none'")
     text = (
-        f"axes by the motion, for nothing states them: forward is {forward} to the right of the "
+        f"axes from the motion, since nothing states them: forward is {forward} to the right of "
+        f"the "
         f"sensors' x, down {tilt:.1f} deg from their z; "
     )
     return make_sentence(text, option, " leaves them")

@@ -104,7 +104,7 @@ def find_time_offset(
         Start value of the search, s, within 0.6 s of the result. `check_navigation` finds offsets
         of any size to tenths of a second.
     **options
-        As of `NavigationFilter`, without ``adapt`` and ``gate``: the receiver's errors must not
+        As in `NavigationFilter`, without ``adapt`` and ``gate``: the receiver's errors must not
         count as its noise, or they would not show a clock offset. ``antenna_sigma`` is the prior
         standard deviation of the antenna's position, m: by default 0.05 if ``antenna`` is given,
         otherwise 1.
@@ -139,7 +139,9 @@ def find_time_offset(
     """
     for name in ("adapt", "gate"):
         if name in options:
-            raise ValueError(f"{name} is not used here: every fix counts, as it says")
+            raise ValueError(
+                f"{name} is not used here: every fix counts with its stated standard deviation"
+            )
     if not isinstance(gnss, Fixes):
         raise TypeError(f"gnss must be Fixes, as zr.read_fixes returns them, got {type(gnss)}")
     samples = Samples.of(imu, mag=False, what="navigation")
@@ -350,8 +352,8 @@ class _Search:
         runs = list(self.pool.map(self.run, candidates))
         if not any(run.used.any() for run in runs):
             raise ValueError(
-                f"{self.gnss.source}: no fix is used, by which an offset is found: the filter does "
-                "not begin"
+                f"{self.gnss.source}: no fix can be used to find an offset: the filter does not "
+                f"start"
             )
         common = np.logical_and.reduce([run.used for run in runs])
         if not common.any():

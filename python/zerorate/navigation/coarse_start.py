@@ -128,7 +128,7 @@ def find_start(
         if solution is None:
             continue
         note = (
-            f"heading by the motion: {format_heading(solution.heading, 0)} deg "
+            f"heading from the motion: {format_heading(solution.heading, 0)} deg "
             f"(sigma {math.degrees(solution.sigma):.0f}) at {solution.time:.1f} s, "
             f"{solution.time - begin:.1f} s after the start"
         )
@@ -156,7 +156,7 @@ def _select_fixes(imu: Recording, samples: Samples, fixes: Fixes, source: str) -
         make_sentence(
             f"{imu.source}: the filter cannot start: its samples are from {time[0]:.6g} to "
             f"{time[-1]:.6g} s and the fixes from {fixes.time[0]:.6g} to {fixes.time[-1]:.6g} s, "
-            "as on another clock: ",
+            f"which suggests different clocks: ",
             keyword_argument("time_offset"),
             " moves these",
         )
@@ -274,7 +274,7 @@ def _align_in_motion(
     if rest is not None:
         x, y = np.searchsorted(samples.time, rest)
         bias, sigma = _mean_sample(samples, int(x), int(y))[:3], _GYRO_BIAS_SIGMAS_RAD_S[0]
-        note = f"the bias of the gyro is of a rest from {rest[0]:.1f} to {rest[1]:.1f} s"
+        note = f"the bias of the gyro was measured in a rest from {rest[0]:.1f} to {rest[1]:.1f} s"
     return Alignment(
         time=begin,
         quaternion=level_attitude(mean[3:], 0.0),
@@ -296,8 +296,7 @@ def _describe_no_motion(imu: Recording, motion: _ReceiverMotion) -> str:
     return make_sentence(
         f"{imu.source}: the filter cannot start: from {time[0]:.1f} to {time[-1]:.1f} s the fixes "
         f"show no motion beyond their noise, {motion.max_displacement:.2g} m in 3 s at "
-        "most, so neither a "
-        "course nor a change of speed shows the heading: ",
+        "most, so neither course nor acceleration determines the heading: ",
         keyword_argument("heading"),
         " says it",
     )
@@ -306,9 +305,9 @@ def _describe_no_motion(imu: Recording, motion: _ReceiverMotion) -> str:
 def _describe_no_heading(imu: Recording, begins: list[float]) -> str:
     times = ", ".join(f"{t:.1f}" for t in begins[:3])
     return make_sentence(
-        f"{imu.source}: the filter cannot start: it moves from {times} s on, but in a minute of it "
-        "no heading fits the fixes better than all others: either it neither speeds up, brakes nor "
-        "turns, or units, axes or clock are not as stated; ",
+        f"{imu.source}: the filter cannot start: it moves from {times} s on, but for a minute no "
+        f"heading fits the fixes clearly best: either the vehicle does not accelerate, brake or "
+        f"turn, or units, axes or clock are wrong; ",
         keyword_argument("heading"),
         " says the heading",
     )

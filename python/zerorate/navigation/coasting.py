@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -49,15 +50,17 @@ _STEP_S: Final = 0.2
 """Time between two steps of the covariance, s."""
 _RATES_HZ: Final = (25.0, 50.0)
 _FAST_RATE_RAD_S: Final = 0.5
-"""Samples a second that a filter is given here, fewer below this RMS of a rate's axis."""
+"""Samples per second that a filter is given here, fewer below this RMS of a rate's axis."""
 _PRIOR_LOG: Final = 2.0 * math.log(10.0)
 """One standard deviation of the logarithm of a factor on a noise's square."""
 _STEPS_LOG: Final = (2.0 * math.log(2.0), math.log(2.0), 0.5 * math.log(2.0))
-_UP: Final = np.array([[0.0, 2.0 * math.log(30.0)]] * 2 + [[0.0, 0.0]])
-_DOWN: Final = np.array(
-    [[2.0 * math.log(0.03), 2.0 * math.log(30.0)]] * 2 + [[2.0 * math.log(0.03), 0.0]]
-)
-"""Ranges of the logarithms: of gyro, accelerometer, and walks of their biases."""
+_MOST, _LEAST = 2.0 * math.log(30.0), 2.0 * math.log(0.03)
+_UP: Final = np.array([[0.0, _MOST], [0.0, _MOST], [0.0, 0.0], [0.0, 0.0]])
+_DOWN: Final = np.array([[_LEAST, _MOST], [_LEAST, _MOST], [_LEAST, 0.0], [0.0, 0.0]])
+"""Ranges of the logarithms: of gyro, accelerometer, walks of their biases, and vibration."""
+_USUAL_VIBRATION: Final = 0.1
+_VIBRATION: Final = (0.0, math.log(1.0 + 1.0 / _USUAL_VIBRATION**2))
+"""Vibration whose logarithm is log(2), and the range of the logarithm: none is 0."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +83,8 @@ class FoundNoise:
         10 s, with the stated noise and with the found noise; 1 is right, NaN is unknown.
     reason : str
         Reason why the noise is kept; empty if it is not.
+    vibration : float
+        Noise of the gyro over its change from sample to sample, the filter's ``gyro_vibration``.
 
     Examples
     --------
@@ -98,6 +103,7 @@ class FoundNoise:
     before: Floats
     after: Floats
     reason: str = ""
+    vibration: float = 0.0
 
     @property
     def kept(self) -> bool:
@@ -106,21 +112,29 @@ class FoundNoise:
 
     @property
     def models(self) -> dict[str, Any]:
-        """Noise models by the names of `NavigationFilter`'s arguments."""
+        """Noise models and vibration by the names of `NavigationFilter`'s arguments."""
+        models = {**self.white_models, "gyro_vibration": self.vibration or None}
+        return {name: model for name, model in models.items() if model is not None}
+
+    @property
+    def white_models(self) -> dict[str, Any]:
+        """The same without the vibration, which samples of another rate do not have."""
         models = {"gyro": self.gyro, "accel": self.accel}
         return {name: model for name, model in models.items() if model is not None}
 
     def __str__(self) -> str:
         """Return the noise found and its gain, or the reason why the noise is kept."""
         if self.kept:
-            return f"the noise of the filter is kept: {self.reason}"
+            return f"the filter's noise is unchanged: {self.reason}"
         gyro, accel, walk = (f"{factor:.2g}" for factor in self.factors)
         before, after = (
             ", ".join(f"{ratio:.2g}" for ratio in ratios) for ratios in (self.before, self.after)
         )
         seconds = ", ".join(f"{seconds:g}" for seconds in COAST_S)
+        change = f" and {self.vibration:.2g} of its change from sample to sample"
         return (
-            f"the noise of the filter is by its coasting: gyro {gyro} times, accelerometer {accel} "
+            f"the filter's noise is fitted to its errors without fixes: gyro {gyro} times"
+            f"{change if self.vibration else ''}, accelerometer {accel} "
             f"times, bias walks {walk} times as stated; log likelihood gains {self.gain:.0f} over "
             f"{self.block_count} blocks, error over sigma after {seconds} s is {after}, was "
             f"{before}"
@@ -175,21 +189,30 @@ def find_noise(
     (Student's with eight degrees of freedom), each with a pass of the whole filter. If errors after
     5 and 10 s still exceed their standard deviation, the white noise is raised by this ratio.
 
+    A gyro that vibrates faster than it is sampled is noisier while it does. A share of the change
+    from sample to sample, as noise of each axis, is found if it makes the errors more likely.
+
     Examples
     --------
     >>> import zerorate as zr
     >>> drive = zr.simulate_drive(duration=100.0, seed=1)
     >>> start = zr.navigation.find_start(drive.recording(), drive.fixes)
     >>> print(zr.navigation.find_noise(drive.recording(), drive.fixes, start))
-    the noise of the filter is kept: there are 30 positions and velocities to compare, under 36
+    the filter's noise is unchanged: there are 30 positions and velocities to compare, under 36
     """
     samples = Samples.of(imu, mag=False, what="navigation")
-    rate = _RATES_HZ[bool(np.nanmean(samples.gyro**2) > _FAST_RATE_RAD_S**2)]
-    steps, options = Increments.for_filter(samples, {"covariance_step": _STEP_S, **options}, rate)
+    options = {"covariance_step": _STEP_S, **options}
     fixes = TimeOffset.of(time_offset).applied(gnss)
     models = {"gyro": gyro, "accel": accel}
     is_assumed = (gyro is None and accel is None) if lower is None else lower
-    return _search(_Coasting(steps, fixes, start, models, options), is_assumed)
+    every = _Coasting(
+        Increments(samples.time, samples.gyro, samples.accel), fixes, start, models, options
+    )
+    if "gyro_vibration" in options:
+        return _search(every, None, is_assumed)
+    rate = _RATES_HZ[bool(np.nanmean(samples.gyro**2) > _FAST_RATE_RAD_S**2)]
+    steps, few_options = Increments.for_filter(samples, options, rate)
+    return _search(_Coasting(steps, fixes, start, models, few_options), every, is_assumed)
 
 
 @dataclass(frozen=True)
@@ -249,14 +272,17 @@ class _Coasting:
     options: dict[str, Any]
     events: Floats = field(init=False)
     event_samples: Integers = field(init=False)
-    windows: list[_Window] = field(init=False)
     _memo: dict[tuple[float, ...], _Errors] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         events = Events.of(self.fixes)
         self.events = events.rows
         self.event_samples = np.searchsorted(self.samples.time, self.events[:, 0])
-        self.windows = list(self._plan(events))
+
+    @cached_property
+    def windows(self) -> list[_Window]:
+        """Windows of coasting, the same for every noise."""
+        return list(self._plan(Events.of(self.fixes)))
 
     def noise(self, theta: Floats) -> dict[str, Noise]:
         """Return the models with logarithms of factors on their squares."""
@@ -268,7 +294,8 @@ class _Coasting:
 
     def filter(self, theta: Floats) -> NavigationFilter:
         """Return a filter before its first sample."""
-        options: dict[str, Any] = {**self.noise(theta), **self.options}
+        shaken = {"gyro_vibration": _vibration(theta)}
+        options: dict[str, Any] = {**self.noise(theta), **shaken, **self.options}
         return NavigationFilter(self.start, **options)
 
     def run(self, theta: Floats) -> _Errors:
@@ -280,7 +307,7 @@ class _Coasting:
 
     def score(self, theta: Floats) -> float:
         """Return the log likelihood of some noise, with its prior; -inf if it compares too few."""
-        count = self.run(np.zeros(3)).count
+        count = self.run(np.zeros(4)).count
         errors = self.run(theta)
         if errors.count < max(1.0, _MIN_BLOCK_SHARE * count):
             return -math.inf
@@ -329,7 +356,7 @@ class _Coasting:
     def _plan(self, events: Events) -> Iterator[_Window]:
         """Yield the windows, the same for every noise: fixes that the gate rejects are left out."""
         samples = self.samples
-        output, _ = self.filter(np.zeros(3)).process_arrays(
+        output, _ = self.filter(np.zeros(4)).process_arrays(
             samples.time, samples.gyro, samples.accel, self.events
         )
         merged = events.merge(output)
@@ -398,8 +425,9 @@ def _scale_axis(sensor: str, model: NoiseModel | None, white: float, walk: float
     )
 
 
-def _search(coasting: _Coasting, is_assumed: bool) -> FoundNoise:
-    theta = np.zeros(3)
+def _search(coasting: _Coasting, every: _Coasting | None, is_assumed: bool) -> FoundNoise:
+    """Return white noise and walks that fit best, then with the vibration of every sample."""
+    theta = np.zeros(4)
     first = coasting.run(theta)
     kept = FoundNoise(
         coasting.models["gyro"], coasting.models["accel"], (1.0, 1.0, 1.0), 0.0,
@@ -416,20 +444,48 @@ def _search(coasting: _Coasting, is_assumed: bool) -> FoundNoise:
         lowered = _climb(coasting, theta, _DOWN)
         if coasting.score(lowered) - coasting.score(theta) >= _MIN_GAIN_DOWN:
             theta = lowered
+    if theta[0] > 0.0 and every is not None:
+        shaken = _find_vibration(every, theta, is_assumed)
+        if shaken[3] > 0.0:
+            coasting, theta = every, shaken
     if theta.any():
         theta = _level(coasting, theta)
-    gain, best = coasting.score(theta) - least, coasting.run(theta)
+    gain, best = coasting.score(theta) - coasting.score(np.zeros(4)), coasting.run(theta)
     if best.rejected_share > _MAX_REJECTED_SHARE:
-        share = f"{best.rejected_share:.0%} of the fixes are rejected, more than tell a noise"
+        share = f"{best.rejected_share:.0%} of the fixes are rejected, too many to fit a noise"
         return replace(kept, reason=share)
     if not theta.any():
-        return replace(kept, reason="no other gains enough in its coasting")
-    gyro, accel, walk = np.exp(0.5 * theta).tolist()
+        return replace(kept, reason="no other noise fits the errors without fixes clearly better")
+    gyro, accel, walk = np.exp(0.5 * theta[:3]).tolist()
     models = coasting.noise(theta)
     return FoundNoise(
         models["gyro"], models["accel"], (gyro, accel, walk), gain,
-        first.count, first.ratios(), best.ratios(),
+        first.count, first.ratios(), best.ratios(), "", _vibration(theta),
     )  # fmt: skip
+
+
+def _find_vibration(every: _Coasting, theta: Floats, is_assumed: bool) -> Floats:
+    """Return the logarithms with a vibration, instead of some or all of the gyro's larger noise.
+
+    The gyro's noise is not lowered: coasts of ten seconds tell that of the axes which vibrate, and
+    hardly any about down.
+    """
+    up, down = _UP.copy(), _DOWN.copy()
+    up[3] = down[3] = _VIBRATION
+    down[0, 0] = 0.0
+    coarse = _STEPS_LOG[:2]
+    shaken = _climb(every, np.maximum(theta, [0.0, 0.0, _LEAST, 0.0]), up, coarse)
+    if every.score(shaken) - every.score(theta) < _MIN_GAINS[not is_assumed]:
+        return theta
+    if not is_assumed:
+        return shaken
+    lowered = _climb(every, shaken, down, coarse)
+    enough = every.score(lowered) - every.score(shaken) >= _MIN_GAIN_DOWN
+    return lowered if enough else shaken
+
+
+def _vibration(theta: Floats) -> float:
+    return _USUAL_VIBRATION * math.sqrt(math.expm1(theta[3]))
 
 
 def _level(coasting: _Coasting, theta: Floats) -> Floats:
@@ -445,14 +501,16 @@ def _level(coasting: _Coasting, theta: Floats) -> Floats:
     return raised if math.isfinite(coasting.score(raised)) else theta
 
 
-def _climb(coasting: _Coasting, theta: Floats, ranges: Floats) -> Floats:
+def _climb(
+    coasting: _Coasting, theta: Floats, ranges: Floats, steps: Sequence[float] = _STEPS_LOG
+) -> Floats:
     """Return the logarithms at the top of the likelihood, by steps along one at a time."""
     best = coasting.score(theta)
-    for step in _STEPS_LOG:
+    for step in steps:
         moved = True
         while moved:
             moved = False
-            for axis, sign in ((k, sign) for k in range(3) for sign in (1.0, -1.0)):
+            for axis, sign in ((k, sign) for k in range(4) for sign in (1.0, -1.0)):
                 while True:
                     new = theta.copy()
                     new[axis] = np.clip(theta[axis] + sign * step, *ranges[axis])

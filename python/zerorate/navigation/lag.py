@@ -23,9 +23,9 @@ _MIN_CORRELATIONS: Final = (0.5, 0.8)
 _MIN_PEAK_RATIO: Final = 1.5
 _PEAK_WIDTH_S: Final = 5.0
 _MIN_PART_SHARE: Final = 0.1
-_MIN_PART_TURNS_RAD: Final = (3.0, 1.5)
+_MIN_PART_TURNS_RAD: Final = (3.0, 0.75)
 _MAX_COST_SHARE: Final = 0.5
-_MIN_GAIN: Final = 16.0
+_MIN_GAIN: Final = 20.0
 MIN_JUMP_S: Final = 1.0
 """Two lags: what each part has of the squared course rates and turns; the residuals' share of the
 squares; what one lag leaves more than two, over the variance that two leave; their difference, s.

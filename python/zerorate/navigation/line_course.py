@@ -115,7 +115,7 @@ class LineCourse:
             windows.stop + lag.seconds <= rotation.time[-1]
         )
         energy = np.nan_to_num(turn) ** 2
-        certain = (
+        certain = bool(
             lag.certain
             and abs(lag.correlation) >= _MIN_CORRELATION
             and is_rate(lag.slope, _SLOPE_FACTOR)
@@ -125,13 +125,12 @@ class LineCourse:
         return cls(windows, rotation, replace(lag, certain=certain), score, turned)
 
 
-def find_line_course(means: Means, fixes: Fixes, down: Floats) -> LineCourse | None:
-    """Return the course from lines of the best width; certain lags are preferred."""
+def find_line_courses(means: Means, fixes: Fixes, down: Floats) -> list[LineCourse]:
+    """Return the courses from lines of all widths, the best first; certain lags are preferred."""
     courses = [LineCourse.of(means, fixes, down, width) for width in _widths(fixes)]
-    if not courses:
-        return None
-    best = max(courses, key=lambda one: (one.lag is not None and one.lag.certain, one.score))
-    return replace(best, turned=max(one.turned for one in courses))
+    return sorted(
+        courses, key=lambda one: (one.lag is not None and one.lag.certain, one.score), reverse=True
+    )
 
 
 def _widths(fixes: Fixes) -> Iterator[float]:

@@ -32,7 +32,14 @@ _ROWS: Final = (
     Option.choice(
         "kind",
         ("rate", "increment"),
-        "Kind of samples: rates and forces, or their integrals since the sample before",
+        "Kind of samples: rates and forces, or their integrals since the previous sample",
+    ),
+    Option(
+        name="gyro_vibration",
+        kind="number",
+        default=0.0,
+        expected="from 0 to 1",
+        meaning="Noise of the gyro over its change from sample to sample, standard deviations",
     ),
     Option(
         name="antenna_sigma",
@@ -110,8 +117,8 @@ FOOT_OPTIONS: Final = index_by_name(
             default=None,
             expected="None or 'level'",
             choices=("level",),
-            meaning="Level floor: a stance within 0.1 m of the last height has that height; a "
-            "higher one is on a stair",
+            meaning="Level floor: a stance within 0.1 m of the previous height is on the same "
+            "floor; a larger step is a stair",
         ),
     )
 )

@@ -239,7 +239,7 @@ def outages(
     Raises
     ------
     LogError
-        If there are no fixes, or the filter did not begin.
+        If there are no fixes, or the filter did not start.
     ValueError
         If an argument is out of range, the filter has seen samples, or there is no room for an
         outage of a requested length.
@@ -439,7 +439,7 @@ class _FixSpan:
         if not there.size:
             raise LogError(
                 make_sentence(
-                    f"{track.source}: the filter did not begin: ", explain_no_start(track)
+                    f"{track.source}: the filter did not start: ", explain_no_start(track)
                 )
             )
         start = track.time[there[0]]
@@ -455,7 +455,7 @@ class _FixSpan:
         )
         if count < 1:
             raise ValueError(
-                f"there is no room for an outage of {length:g} s: the filter began at "
+                f"there is no room for an outage of {length:g} s: the filter started at "
                 f"{self.begin:g} s, and {first:g} s later there are "
                 f"{shorten(max(self.last - begin, 0.0), 4)} s of fixes left"
             )
@@ -519,8 +519,8 @@ def _compute_errors(
         unfollowed = int((~withheld.smoothable).sum())
         if unfollowed:
             notes.append(
-                f"outages of {length:g} s after which there are not two fixes, so that a smoother "
-                f"has none to go by, and which are not in its row: {unfollowed} of {len(last)}"
+                f"outages of {length:g} s followed by fewer than two fixes, which are not in the "
+                f"smoother's row: {unfollowed} of {len(last)}"
             )
     spans = np.column_stack([gnss.time[withheld.before], time[last]])
     if withheld.skipped_count:
@@ -531,8 +531,8 @@ def _compute_errors(
     lost = int((~np.isfinite(end[FILTER])).sum())
     if lost:
         notes.append(
-            f"outages of {length:g} s in which the filter lost its position, by a gap of the "
-            f"sensors, and which are not in its row: {lost} of {len(last)}"
+            f"outages of {length:g} s in which a gap of the sensors ended the track, which are "
+            f"not in the filter's row: {lost} of {len(last)}"
         )
     # The last sample before a fix: at the first after it the next may have been taken.
     samples = np.searchsorted(track.time, time, side="right") - 1
@@ -563,7 +563,7 @@ def _held_velocity(gnss: Fixes, before: Integers, notes: list[str]) -> Floats:
         velocity[missing] = np.where(
             passed > 0.0, displacement / np.where(passed > 0.0, passed, 1.0), 0.0
         )
-        notes.append("velocity held: the receiver reports none, it is from the last two positions")
+        notes.append("velocity held: from the last two positions, since the receiver reports none")
     return velocity
 
 

@@ -61,7 +61,7 @@ def processed(
             make_sentence(
                 f"none of the fixes is used: they are from {fixes.time[0]:.1f} to "
                 f"{fixes.time[-1]:.1f} s and the samples from {time[0]:.1f} to {time[-1]:.1f} s, "
-                "as on another clock; ",
+                f"which suggests different clocks; ",
                 keyword_argument("time_offset"),
                 " moves them",
             ),

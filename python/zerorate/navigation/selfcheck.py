@@ -13,7 +13,7 @@ from zerorate.geometry.earth import local_ned
 from zerorate.navigation.axes import Axes, find_axes
 from zerorate.navigation.frozen_sensors import frozen_spans
 from zerorate.navigation.lag import Lag, find_lag, find_lag_jump, is_rate
-from zerorate.navigation.line_course import MIN_TURNED_RAD, find_line_course
+from zerorate.navigation.line_course import MIN_TURNED_RAD, find_line_courses
 from zerorate.navigation.windows import Epochs, Means, RotationAngle, Windows
 from zerorate.numerals import shorten
 from zerorate.record import Recording
@@ -206,15 +206,19 @@ class _CheckState:
         )
         self.down = -mean / max(float(np.linalg.norm(mean)), 1e-9)
 
-    def find_course(self) -> tuple[Windows, RotationAngle, Lag | None, float]:
-        """Return the rotations of course and gyro, their lag, and the course's total, rad."""
+    def find_course(self) -> tuple[list[tuple[RotationAngle, Windows]], Lag | None, float]:
+        """Return the rotations of gyro and course, their lag, and the course's total, rad.
+
+        Without velocities there are rotations for each width of lines, the best first.
+        """
         if not Epochs.of(self.fixes).is_reported:
-            course = find_line_course(self.means, self.fixes, self.down)
-            if course is not None:
-                return course.windows, course.rotation, course.lag, course.turned
+            courses = find_line_courses(self.means, self.fixes, self.down)
+            if courses:
+                pairs = [(one.rotation, one.windows) for one in courses]
+                return pairs, courses[0].lag, max(one.turned for one in courses)
         windows, rotation = self.windows(), self.means.about(self.down)
         turned = 0.5 * np.nansum(np.abs(windows.course_rate) * (windows.stop - windows.start))
-        return windows, rotation, find_lag(rotation, windows), float(turned)
+        return [(rotation, windows)], find_lag(rotation, windows), float(turned)
 
     def windows(self, positions: bool = False) -> Windows:
         """Return the windows of the fixes as they are by now."""
@@ -291,7 +295,7 @@ def _check_scale(work: _CheckState, k: float) -> _Findings:
         return
     # With latitude for longitude the way to the east has another scale.
     if not work.is_swapped and not _SPEED_SCALE_RANGE[0] < k < _SPEED_SCALE_RANGE[1]:
-        text = f"positions of the fixes move {shorten(k, 3)} times as far as their velocities say"
+        text = f"positions of the fixes move {shorten(k, 3)} times as far as their velocities state"
         yield _mistake("velocity", text, k)
 
 
@@ -337,14 +341,16 @@ def _regress(y: Floats, x: Floats) -> tuple[Floats, Floats]:
 
 
 def _check_clock(work: _CheckState) -> _Findings:
-    windows, rotation, lag, turned = work.find_course()
+    courses, lag, turned = work.find_course()
     work.lag = lag
-    if len(windows.start) == 0:
+    if len(courses[0][1].start) == 0:
         yield _doubt("clock", "there are too few fixes to find their clock")
         return
     certain = lag is not None and lag.certain
     about = lag.seconds if lag is not None and certain else 0.0
-    if (parts := find_lag_jump(rotation, windows, about, certain=certain)) is not None:
+    # The lines that one lag fits best are long, and hide a jump that shorter ones show.
+    jumps = (find_lag_jump(*course, about, certain=certain) for course in courses)
+    if (parts := next((jump for jump in jumps if jump is not None), None)) is not None:
         (before, after), (first, second) = parts
         yield _mistake(
             "jump",
@@ -356,9 +362,9 @@ def _check_clock(work: _CheckState) -> _Findings:
         work.lag = None
     elif lag is None or not lag.certain:
         reason = (
-            "the course hardly turns while both are there"
+            "the course hardly changes while both are present"
             if turned < MIN_TURNED_RAD
-            else "course and gyro do not turn the same way, as if they were not of one vehicle"
+            else "course and gyro rotate differently, as if from different vehicles"
         )
         yield _doubt("clock", f"the fixes' clock cannot be compared with the sensors': {reason}")
     elif abs(lag.seconds) > _MIN_LAG_S:
@@ -415,15 +421,15 @@ def _check_handedness(work: _CheckState) -> _Findings:
     handedness = "" if axes is None else axes.handedness
     if not handedness:
         yield _doubt(
-            "axes", "signs and axes cannot be checked: the vehicle hardly speeds up or turns"
+            "axes", "signs and axes cannot be checked: the vehicle hardly accelerates or turns"
         )
     elif lag.slope < 0.0 and handedness == "right":
-        yield _mistake("gyro", "the gyro has the other sign", -1.0)
+        yield _mistake("gyro", "the gyro has the wrong sign", -1.0)
     elif lag.slope < 0.0:
         alternative = (
             "" if work.fixes.velocity is not None else (", or latitude and longitude are exchanged")
         )
-        yield _mistake("force", f"the accelerometer has the other sign{alternative}", -1.0)
+        yield _mistake("force", f"the accelerometer has the wrong sign{alternative}", -1.0)
         work.axes = None
     elif handedness == "left":
         yield _mistake("axes", "the axes of the sensors are left-handed: one of them is mirrored")

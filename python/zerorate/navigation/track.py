@@ -249,7 +249,7 @@ class Track(SmoothableTrack, Result):
         """
         navigating = self.navigating
         if not navigating.any():
-            raise ValueError("the filter never navigated: there is no pose")
+            raise ValueError("the filter never navigated, so there is no pose")
         begin = self.position[navigating][0] if origin is None else floats(origin, "origin")
         ned = local_ned(self.position[navigating], begin)
         position = ned[:, (1, 0, 2)] * (1.0, 1.0, -1.0)
@@ -396,8 +396,8 @@ def _describe_moves(before: NavigationFilter, nav: NavigationFilter) -> Iterator
     size = f"{distance:.0f} m" if distance < 10_000.0 else f"{distance / 1000.0:.0f} km"
     count = "" if moves == 1 else f", the last of {moves} times"
     yield (
-        f"at {time:.2f} s ten positions in a row had been rejected, and the filter went where they "
-        f"are, {size} away{count}: either they are wrong or it was"
+        f"at {time:.2f} s ten positions in a row were rejected, and the filter moved to them, "
+        f"{size} away{count}: either they are wrong or the filter was"
     )
 
 
@@ -454,7 +454,7 @@ def smooth_steps(
     if smoothed:
         raise ValueError("this track is smoothed")
     if steps is None:
-        raise ValueError("only the track was kept: process(..., keep='all')")
+        raise ValueError("only the track was kept: use process(..., keep='all')")
     return steps if isinstance(steps, dict) else steps.smoothed(deviations)
 
 

@@ -62,7 +62,7 @@ def write_geojson(
     Parameters
     ----------
     path
-        The file to write.
+        File to write.
     track
         `Fixes`, or any object with ``time`` (n,) and ``position`` (n, 3) in deg, deg and m. Rows
         without a position (NaN) divide it into lines; a height may be missing.

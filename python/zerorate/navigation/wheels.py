@@ -182,8 +182,9 @@ def _learn_tick(middle: Floats, rate: Floats, fixes: Fixes | None) -> float:
     if len(tick_lengths) < _MIN_COUNTS or not math.isfinite(float(np.median(tick_lengths))):
         raise LogError(
             make_sentence(
-                f"{fixes.source}: the receiver does not give the length of a wheel's tick: it "
-                f"is faster than {_MIN_SPEED_M_S:g} m/s at {len(tick_lengths)} counts only; ",
+                f"{fixes.source}: the receiver does not give the length of a wheel's tick: the "
+                f"vehicle is faster than {_MIN_SPEED_M_S:g} m/s at {len(tick_lengths)} counts "
+                f"only; ",
                 keyword_argument("tick"),
                 " says it, in m",
             )

@@ -75,7 +75,7 @@ class Span(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A change between successive second means, relative to the usual change, and its time."""
+    """A change between means of successive seconds, relative to the usual one, and its time."""
 
     size: float
     time: float

@@ -150,7 +150,7 @@ _RATE_POWER: Final = {
 
 
 def strength(term: str, rate: float) -> float:
-    """Return the variance of a term with coefficient 1, with the sample as unit of time."""
+    """Return the variance of a term with coefficient 1; the unit of time is one sample."""
     return math.pow(rate, _RATE_POWER[term])
 
 

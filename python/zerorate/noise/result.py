@@ -163,7 +163,7 @@ class AllanResult(Result):
 
         Returns
         -------
-        FittedModel, or a tuple of one an axis
+        FittedModel, or a tuple with one per axis
             A `NoiseModel` in SI units, or in the unit of the samples if that unit is not known.
             Each coefficient has a standard error, a flag if the record determines it, and an upper
             bound at 95 %. Coefficients that are not in `terms` are unknown.
@@ -177,9 +177,8 @@ class AllanResult(Result):
         Notes
         -----
         A coefficient is identifiable if its square is above twice its standard error. If chance
-        cannot explain how far the curve is from the model, the model is taken to be wrong. The
-        relative error of the model that explains the distance is `misfit`; the standard errors grow
-        with it.
+        does not explain the distance of the curve from the model, `misfit` is the relative error of
+        the model that does; it is included in the standard errors.
 
         A curve has no samples, so a low-pass filter of the sensor cannot be found here, and N and
         B of low-passed samples are wrong: use `zerorate.characterise` or `zerorate.noise.whittle`.

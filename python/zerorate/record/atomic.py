@@ -22,20 +22,20 @@ def check_writable(
     Parameters
     ----------
     path
-        The file to write.
+        File to write.
     force
-        Allow replacing an existing file; default no.
+        Allow replacing an existing file; default False.
     make_folders
-        Missing folders will be made; default no.
+        Accept missing folders, which will be made; default False.
 
     Raises
     ------
     FileExistsError
         If the file exists and ``force`` is false.
     FileNotFoundError, NotADirectoryError, IsADirectoryError, PermissionError
-        If the folder is missing, is no folder, the path is a folder, or writing is not allowed.
+        If the folder is missing or no folder, the path is a folder, or writing is not allowed.
     OSError
-        If the path is a device or a pipe: it would be replaced by a file, not written to.
+        If the path is a device or a pipe, which a file would replace.
 
     Examples
     --------
@@ -56,7 +56,7 @@ def check_writable(
         raise IsADirectoryError(f"cannot write {target}: it is a folder")
     _check_free(target, force)
     if target.exists() and not target.is_file():
-        raise OSError(f"cannot write {target}: it is no file, and would be replaced by one")
+        raise OSError(f"cannot write {target}: it is no file but a device or a pipe")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(f"cannot write {target}: the folder {folder} is not writable")
 
@@ -68,19 +68,19 @@ def atomic_path(path: str | os.PathLike[str], force: bool = False) -> Iterator[P
     Parameters
     ----------
     path
-        The file to write.
+        File to write.
     force
-        Allow replacing an existing file; default no.
+        Allow replacing an existing file; default False.
 
     Yields
     ------
     Path
-        A name in the same folder with the same suffix, for the body to create.
+        Name of a file to create, in the same folder and with the same suffix.
 
     Raises
     ------
     OSError
-        As `check_writable` does, before the body runs.
+        As `check_writable`, before the body runs.
 
     Examples
     --------
@@ -94,7 +94,7 @@ def atomic_path(path: str | os.PathLike[str], force: bool = False) -> Iterator[P
     'whole'
     """
     check_writable(path, force)
-    # A link keeps pointing where it did: the file behind it is replaced.
+    # A link stays: its target is replaced.
     target = Path(os.path.realpath(path))
     temporary = target.with_name(_temporary_name(target))
     _ACTIVE_NAMES.add(temporary.name)
@@ -105,7 +105,7 @@ def atomic_path(path: str | os.PathLike[str], force: bool = False) -> Iterator[P
         os.replace(temporary, target)
     except BaseException as error:
         temporary.unlink(missing_ok=True)
-        # A write that fails, for want of room for instance, does not say where.
+        # An error of a write, such as a full disk, lacks the file's name.
         if isinstance(error, OSError) and error.filename is None:
             error.filename = os.fspath(target.parent)
         raise
@@ -149,9 +149,9 @@ _ACTIVE_NAMES: Final[set[str]] = set()
 
 
 def _temporary_name(target: Path) -> str:
-    """Return a name with its owner: file, machine and process.
+    """Return a temporary name that identifies its file, machine and process.
 
-    It is short and plain whatever the file is called, for libraries that take no other names.
+    It is short ASCII for any file's name, since some libraries accept no other names.
     """
     suffix = target.suffix if target.suffix.isascii() else ""
     process, chance = f"{os.getpid():x}", os.urandom(4).hex()
@@ -162,7 +162,7 @@ def _temporary_name(target: Path) -> str:
 
 
 def _digest(text: str) -> str:
-    # Libraries of a cipher come with it, which take longer to load than many a command.
+    # Imported here because its cipher libraries load slowly.
     import hashlib
 
     return hashlib.blake2b(text.encode("utf-8", "backslashreplace"), digest_size=4).hexdigest()
@@ -172,7 +172,7 @@ def _digest(text: str) -> str:
 def _machine_id() -> str:
     """Return an identifier of the machine, different for machines that share a folder.
 
-    A process is known by its number only where the same numbers are given.
+    A process's number identifies it only within one machine.
     """
     try:
         numbers = os.readlink("/proc/self/ns/pid")
@@ -182,15 +182,15 @@ def _machine_id() -> str:
 
 
 def remove_leftovers(targets: Iterable[Path]) -> None:
-    """Remove files that `atomic_path` began in these files' folders and that a kill left behind.
+    """Remove unfinished files that killed runs of `atomic_path` left in these files' folders.
 
-    That is what a process of this machine began that is no more, and what one of another machine
-    began for these very files, which nobody else may be writing. A file that cannot be removed
-    stays: it harms nothing.
+    Removed are files of ended processes of this machine, and files of other machines for these same
+    paths, which nobody else may be writing. A file that cannot be removed stays, which does no
+    harm.
     """
     folders: dict[Path, set[str]] = {}
     for target in targets:
-        # A link's temporary file lies next to the file behind it.
+        # A link's temporary file is next to the link's target.
         path = Path(os.path.realpath(target))
         folders.setdefault(path.parent, set()).add(_digest(path.name))
     for folder, digests in folders.items():
@@ -202,7 +202,7 @@ def remove_leftovers(targets: Iterable[Path]) -> None:
 
 
 def _is_leftover(name: str, digests: set[str]) -> bool:
-    """Return True if a name is that of a file which nobody will finish."""
+    """Return True if a name is that of an abandoned temporary file."""
     match = _TEMPORARY_PATTERN.fullmatch(name)
     if match is None or name in _ACTIVE_NAMES:
         return False
@@ -212,8 +212,8 @@ def _is_leftover(name: str, digests: set[str]) -> bool:
 
 
 def _is_running_elsewhere(process: int) -> bool:
-    """Return True if there is such a process, and it is not this one."""
-    # There no signal arrives, and a file that is open cannot be removed anyway.
+    """Return True if a process of this number exists and is not this one."""
+    # Windows has no such signal, and an open file cannot be removed there.
     if os.name != "posix" or process in (0, os.getpid()):
         return False
     try:

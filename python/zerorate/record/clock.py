@@ -1,4 +1,4 @@
-"""The report on a log's clock: how its stamps deviate from a uniform grid."""
+"""Report on a log's clock: deviations of its stamps from a uniform grid."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Final
 from zerorate.numerals import shorten
 
 RATE_TOLERANCE: Final = 0.01
-"""Part by which a rate may differ from one that is stated, and stamps from their grid."""
+"""Largest relative difference of a rate from the stated one, and of stamps from their grid."""
 
 _SCALE_TOLERANCE: Final = 1e-3
-"""Part by which a rate may be wrong before turns are: no gyro's scale is known better."""
+"""Relative error of a rate below which angles are unaffected: no gyro's scale is known better."""
 
 
 @dataclass(frozen=True)
@@ -21,11 +21,11 @@ class ClockReport:
     Parameters
     ----------
     rate
-        Rate of the best uniform clock through the stamps, Hz; without stamps the rate given.
+        Rate of the best uniform clock through the stamps, Hz; without stamps the stated rate.
     stamped
         True if the file had timestamps.
     jitter_rms, jitter_max
-        Deviation of the stamps from that clock, s; for stamps of arrival their delay.
+        Deviation of the stamps from that clock, s; for arrival stamps their delay.
     repeated, backward
         Stamps equal to, and less than, the one before. Their rows are kept in file order.
     gaps, missing_count
@@ -33,22 +33,23 @@ class ClockReport:
     longest_gap
         Longest step between two stamps at a gap, s.
     bursts
-        Bursts in which the samples arrived, if the stamps are those of arrival, else 0.
+        Number of bursts in which samples arrived, for arrival stamps; else 0.
     repeats
-        Rows left out because they repeat the one before, the sensor being slower than its log.
+        Number of rows left out because they repeat the one before: the sensor is slower than the
+        log.
     wander
-        Largest distance of the even clock from the stamps, s, if these wander so that they are
-        kept; else 0. The jitter is then that about the wandering clock.
+        Largest distance of the uniform clock from the stamps, s, if these wander and are therefore
+        kept; else 0. The jitter is then relative to the wandering clock.
     slowest, fastest
-        Rates between which such a clock ran, Hz, over a fortieth of the log; else 0.
+        Slowest and fastest rate of a wandering clock, Hz, over a fortieth of the log; else 0.
     step_rms
-        Standard deviation of the steps between stamps from a period, s, where no sample is missing
-        and no stamp repeated.
+        Standard deviation of the steps between stamps, s, without missing samples and repeated
+        stamps.
     late_count
-        Steps of more than a period and a half at which no sample is missing.
+        Number of steps above 1.5 periods at which no sample is missing.
     restart_count
-        Steps back of more than a second: the clock restarted. How long it was off is not known, so
-        10 s are missing there, or as long as the log is.
+        Number of backward steps of more than a second: the clock restarted. Its time off is
+        unknown, so 10 s count as missing there, or the log's length if shorter.
 
     Examples
     --------
@@ -105,9 +106,9 @@ class ClockReport:
         faults = []
         if self.wander:
             faults.append(
-                f"a rate that runs from {shorten(self.slowest, 4)} to "
-                f"{shorten(self.fastest, 4)} Hz, so that an "
-                f"even clock is up to {shorten(self.wander, 3)} s from the stamps, which are kept"
+                f"a rate that varies from {shorten(self.slowest, 4)} to "
+                f"{shorten(self.fastest, 4)} Hz, so the "
+                f"stamps are kept: a uniform clock is off by up to {shorten(self.wander, 3)} s"
             )
         rms, max_jitter = 1e3 * self.jitter_rms, 1e3 * self.jitter_max
         if self.burst_count:
@@ -123,7 +124,7 @@ class ClockReport:
             faults.append(count_noun(self.backward_count, "backward step"))
         if self.restart_count:
             times = count_noun(self.restart_count, "new beginning")
-            faults.append(f"{times}, before which samples are missing for an unknown time")
+            faults.append(f"{times}, each after an unknown time without samples")
         if self.repeat_count:
             faults.append(
                 f"{count_noun(self.repeat_count, 'row')} left out that repeat the one before"
@@ -141,19 +142,18 @@ def count_noun(count: int, noun: str) -> str:
 
 
 def describe_rate_error(stated: float, stamped: float) -> str:
-    """Return the effect of a wrong stated rate on angles, by the stamps; "" if there is none.
+    """Return a sentence on the effect of a wrong stated rate on angles; "" if there is none.
 
     Examples
     --------
     >>> describe_rate_error(100.0, 99.0)
-    'every turn comes out 1 % too small; leave the rate out, and the stamps count'
+    'every turn comes out 1 % too small; omit the rate to use that of the stamps'
     """
     error = stamped / stated - 1.0
     if abs(error) <= _SCALE_TOLERANCE:
         return ""
     size = "small" if error < 0.0 else "large"
     return (
-        f"every turn comes out {shorten(100.0 * abs(error))} % too {size}; leave the rate "
-        "out, and the "
-        "stamps count"
+        f"every turn comes out {shorten(100.0 * abs(error))} % too {size}; omit the rate to use "
+        f"that of the stamps"
     )

@@ -1,4 +1,4 @@
-"""Devices of logs, by the names that their source gives them, and the choice of one device."""
+"""Devices of logs by their names in the source, and the choice of one device."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from zerorate.record.log import Log, LogError
 from zerorate.record.recording import Recording
 
 DEVICE: Final = "device"
-"""Key of ``Log.meta`` for the device that the names of a table's columns tell."""
+"""Key of ``Log.meta`` for the device in the names of a table's columns."""
 
 _KINDS: Final = ("gyro", "accel", "mag", "temperature")
 _NUMBER: Final = re.compile(r"[_ ]?\d+$")
 
 
 def device_of(log: Log) -> str:
-    """Return the name of a log's device as its source has it, empty if it has none.
+    """Return the name of a log's device in its source, empty without one.
 
-    That is a word of the columns' names (``imu2`` of ``imu2_gyro_x``), else the topic.
+    The name is a word of the columns' names (``imu2`` of ``imu2_gyro_x``), else the topic.
     """
     return str(log.meta.get(DEVICE) or log.meta.get("sensor") or "")
 
@@ -29,7 +29,7 @@ def device_of(log: Log) -> str:
 def sensor_labels(recording: Recording) -> dict[str, str]:
     """Return the label of each log of a recording.
 
-    The name of its device and its kind, ``"imu2 gyro"``, where there are several of the kind.
+    The label is device and kind, ``"imu2 gyro"``, if there are several of the kind.
 
     Examples
     --------
@@ -57,10 +57,10 @@ def _kind_of(name: str) -> str:
 
 
 def rival_devices(recording: Recording) -> tuple[str, ...]:
-    """Return the names of devices of which a task must be given one; empty for a single one.
+    """Return the names of the devices to choose from; empty for a single device.
 
-    Other topics of an autopilot, such as ``vehicle_imu`` next to ``sensor_combined``, are of the
-    same sensors, so they do not count; further instances of the first topic do.
+    Further instances of the first topic count. Other topics of an autopilot, such as
+    ``vehicle_imu`` next to ``sensor_combined``, do not: they have the same sensors.
     """
     logs = recording.of_kind("gyro")
     if len(logs) < 2:
@@ -84,7 +84,7 @@ def _is_rival(first: Log, other: Log) -> bool:
 
 
 def select_device(recording: Recording, sensor: str) -> Recording:
-    """Return the recording with one device alone, whose logs are ``gyro``, ``accel`` and so on.
+    """Return the recording of one device, with logs named ``gyro``, ``accel`` and so on.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def select_device(recording: Recording, sensor: str) -> Recording:
 
 
 def missing_device(sensor: str, known: Iterable[str]) -> LogError:
-    """Return the error for the name of a device that is not there."""
+    """Return the error for an unknown device."""
     listed = ", ".join(dict.fromkeys(known))
     return LogError(
         make_sentence(keyword_argument("sensor"), f" names '{sensor}', which is none of: {listed}"),
@@ -126,7 +126,7 @@ def missing_device(sensor: str, known: Iterable[str]) -> LogError:
 
 
 def several_devices(names: Iterable[str]) -> LogError:
-    """Return the error for several devices of which a task takes one."""
+    """Return the error for a task of one device that gets several."""
     listed = list(dict.fromkeys(names))
     return LogError(
         make_sentence(

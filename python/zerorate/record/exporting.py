@@ -18,7 +18,7 @@ _FAULT_DOC: Final = """OSError
 _SOURCE_DOC: Final = """source : str or path
     The text, beginning with ``{``, or the path of a file."""
 _RAISES_DOC: Final = """ValueError
-    If it is not such a text, or of an unknown version.
+    If it is not such a text, or has an unknown version.
 OSError
     If the file cannot be read."""
 
@@ -31,14 +31,14 @@ def document_export(
     Parameters
     ----------
     suffix : str
-        The one that files of this kind have by custom, if any.
+        Usual suffix of files of this kind, if any.
     returned, faults : str
         Sentences on the returned text and on errors that several functions share: last lines of
         these sections.
     options : str
         Entries of options that several functions share, before ``force``.
     """
-    path = _PATH_DOC.format(f", ``{suffix}`` by custom" if suffix else "")
+    path = _PATH_DOC.format(f", usually ``{suffix}``" if suffix else "")
 
     def documented(function: _Documented) -> _Documented:
         parts = _split_sections(function)

@@ -119,14 +119,14 @@ class Fixes:
         return self.chosen(slice(int(first), max(int(first), int(last))))
 
     def chosen(self, which: slice | npt.NDArray[np.bool_] | Integers) -> Self:
-        """Return some of the fixes: those of a slice, a mask or rising indices."""
+        """Return a selection of the fixes, by a slice, a mask or rising indices."""
         arrays: dict[str, Any] = {
             name: None if array is None else array[which] for name, array in self.as_dict().items()
         }
         return replace(self, **arrays)
 
     def shifted(self, seconds: float) -> Self:
-        """Return the fixes on a clock that shows so many seconds more at the same moment."""
+        """Return the fixes with an offset added to their times, s."""
         epoch = None if self.epoch is None else self.epoch - seconds
         velocity_time = None if self.velocity_time is None else self.velocity_time + seconds
         return replace(self, time=self.time + seconds, velocity_time=velocity_time, epoch=epoch)
@@ -149,7 +149,7 @@ def _check_numbers(
     name: str, values: npt.ArrayLike, columns: tuple[int, ...], time: Floats | None = None
 ) -> Floats:
     try:
-        # A copy, with NaN for what a mask hides.
+        # A copy, with NaN for masked values.
         array = np.array(floats(values, name))
     except (TypeError, ValueError):
         raise ArgumentError(name, "must be an array of numbers") from None

@@ -20,17 +20,17 @@ from zerorate.types import Booleans, Floats
 from zerorate.views import Tabular
 
 FORWARD_RIGHT_DOWN: Final = "forward, right, down"
-"""Axes of a body's sensors, as autopilots have them."""
+"""Axes of a body, as in autopilots."""
 _UNIT_SEPARATOR: Final = ", "
 _MAX_GRID_ERROR: Final = 0.5
-"""Periods by which times of an even clock may be rounded."""
+"""Largest rounding of times of a uniform clock, in periods."""
 _CHUNK_ROWS: Final = 1 << 18
 _STEP_TOLERANCE: Final = 1e-3
-"""Part of a period by which the steps of an even clock may differ."""
+"""Largest difference between steps of a uniform clock, in periods."""
 
 
 class LogError(ValueError):
-    """The content of a log is not as expected; the message says what and where.
+    """Error for unexpected content of a log; the message says what and where.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class LogError(ValueError):
     """
 
     def __init__(self, message: str, argument: str | None = None) -> None:
-        """Keep the message to one line, whatever names and cells are quoted in it."""
+        """Reduce the message to one line, whatever names and cells it quotes."""
         line = (
             message.map_texts(escape_line)
             if isinstance(message, Sentence)
@@ -50,7 +50,7 @@ class LogError(ValueError):
         self.argument = argument
 
     def with_context(self, before: str = "", after: str = "") -> LogError:
-        """Return the error with more text, as the name of the log before."""
+        """Return the error with more text, such as the log's name in front."""
         return LogError(make_sentence(before, sentence_of(self), after), self.argument)
 
 
@@ -89,12 +89,12 @@ class Log(Tabular):
         Further metadata. ``read_log`` fills ``source``, ``format``, ``clock`` (a
         `ClockReport`), ``notes`` (a tuple of sentences) and, where given, ``sensor``.
     stamps
-        Time of each sample, s, shape (n,), where the clock wanders so that ``time`` is not right;
-        None where it is. Integration and alignment with another clock use `sampled`.
+        Time of each sample, s, shape (n,), if the clock wanders so that ``time`` is wrong; else
+        None. Integration and alignment with another clock use `sampled`.
     extra
         Further columns by name, numbers or flags of shape (n,), with the unit in the name:
-        ``bias_sigma_gyro_z_dps``. They are written next to the channels, but are no channels of
-        the sensor: no filter takes them.
+        ``bias_sigma_gyro_z_dps``. They are saved with the channels but are no data of the sensor:
+        filters ignore them.
 
     Raises
     ------
@@ -147,7 +147,7 @@ class Log(Tabular):
         meta: Mapping[str, Any],
         extra: Mapping[str, Floats | Booleans] | None = None,
     ) -> Log:
-        """Return the log of samples taken at some times, shape (n,), even or not."""
+        """Return the log of samples taken at given times, shape (n,), uniform or not."""
         grid = times[0] + np.arange(len(times)) / rate
         even = np.abs(times - grid).max() * rate <= _MAX_GRID_ERROR
         time, stamps = (times, None) if even else (grid, times)
@@ -156,7 +156,7 @@ class Log(Tabular):
     def __array__(
         self, dtype: npt.DTypeLike | None = None, copy: bool | None = None
     ) -> npt.NDArray[Any]:
-        """Return `data` for ``numpy.asarray``, shape (n, k): itself, unless a copy is requested."""
+        """Return `data` for ``numpy.asarray``, shape (n, k), without a copy unless requested."""
         return np.array(self.data, dtype=dtype, copy=copy)
 
     def __repr__(self) -> str:
@@ -183,14 +183,14 @@ class Log(Tabular):
 
     @property
     def sampled(self) -> Floats:
-        """Time of each sample, s, shape (n,): the stamps where they are kept, or `time`."""
+        """Time of each sample, s, shape (n,): the stamps if they are kept, else `time`."""
         return self.time if self.stamps is None else self.stamps
 
     @property
     def steps(self) -> Floats | None:
-        """Seconds since the sample before, shape (n,), None if they are those of the rate."""
+        """Time since the previous sample, s, shape (n,); None if it follows from the rate."""
         steps = np.diff(self.sampled, prepend=self.sampled[0] - 1.0 / self.rate)
-        # Stamps may be large numbers, of which the last bits are all that changes.
+        # Stamps may be large numbers in which only the last bits change.
         parts = (steps[a : a + _CHUNK_ROWS] for a in range(0, len(steps), _CHUNK_ROWS))
         if max(float(np.abs(part * self.rate - 1.0).max()) for part in parts) <= _STEP_TOLERANCE:
             return None
@@ -238,7 +238,7 @@ class Log(Tabular):
 
 
 def drop_empty_channels(log: Log) -> Log:
-    """Return the log without the channels that hold no sample; itself if none or all do."""
+    """Return the log without channels that have no sample; unchanged if none or all have none."""
     present = np.flatnonzero(np.isfinite(log.data).any(axis=0))
     if present.size in (0, log.channels):
         return log
@@ -247,19 +247,19 @@ def drop_empty_channels(log: Log) -> Log:
 
 
 def drop_empty_logs(logs: Sequence[Log]) -> list[Log]:
-    """Return the logs that hold samples, without empty channels; all of them if none does."""
+    """Return the logs that have samples, without empty channels; all logs if none has samples."""
     present = [drop_empty_channels(log) for log in logs if np.isfinite(log.data).any()]
     return present or list(logs)
 
 
 def units_of(unit: str, channels: int) -> tuple[str, ...]:
-    """Return the unit of each channel of a log: from its list of units, or one for all."""
+    """Return the unit of each channel of a log, from a list of units or one unit for all."""
     listed = tuple(unit.split(_UNIT_SEPARATOR))
     return listed if len(listed) == channels else (unit,) * channels
 
 
 def _join_units(units: object, channels: int) -> str:
-    """Return the one unit of all channels, or a list of them."""
+    """Return the common unit of all channels, or the list of their units."""
     listed = tuple(units) if isinstance(units, Iterable) else (units,)
     if len(listed) != channels or not all(isinstance(unit, str) and unit for unit in listed):
         raise LogError(f"unit must be a non-empty string, or one a channel, got {units!r}")
@@ -336,7 +336,7 @@ def _check_time(time: npt.ArrayLike, n: int, rate: float) -> Floats:
 
 
 def _max_grid_error(seconds: Floats, rate: float) -> float:
-    """Return the largest distance of times from an even grid, in samples; by pieces, for memory."""
+    """Return the largest distance of times from a uniform grid, in samples."""
     starts = range(0, len(seconds), _CHUNK_ROWS)
     return max(
         float(np.abs(part - seconds[0] - np.arange(a, a + len(part)) / rate).max()) * rate
@@ -371,7 +371,7 @@ class Header:
         return cls(log.n, log.rate, log.names, log.unit, log.meta)
 
     def with_notes(self, sentences: Iterable[str]) -> Header:
-        """Return the header with further notes, none of them twice."""
+        """Return the header with further notes, without duplicates."""
         notes = dict.fromkeys((*self.meta.get("notes", ()), *sentences))
         return replace(self, meta={**self.meta, "notes": tuple(notes)}) if notes else self
 
@@ -387,17 +387,17 @@ class Header:
 
 
 def notes_of(log: Log | Header, evenly_spaced: bool = False) -> tuple[str, ...]:
-    """Return the sentences on a log: its clock, unless that is regular, and assumptions.
+    """Return the sentences on a log: on its clock unless that is regular, and on assumptions.
 
-    ``evenly_spaced`` says that samples are then taken as evenly spaced, which is noted of a clock
-    that wanders.
+    If ``evenly_spaced``, the task assumes evenly spaced samples; a note says so for a clock that
+    wanders.
     """
     clock = log.meta.get("clock")
     clock_notes = [] if clock is None or clock.regular or clock.as_stated else [clock.summary()]
     if evenly_spaced and clock is not None and clock.wander:
         error = max(clock.fastest / log.rate, log.rate / clock.slowest) - 1.0
         clock_notes.append(
-            f"all samples are taken as 1/{log.rate:.6g} s apart here, which is up to "
-            f"{shorten(100.0 * error)} % wrong for a while"
+            f"this task assumes samples 1/{log.rate:.6g} s apart, which is wrong by up to "
+            f"{shorten(100.0 * error)} % for some time"
         )
     return (*clock_notes, *log.meta.get("notes", ()))

@@ -1,6 +1,6 @@
-"""Missing values of every kind as NaN: masked, None, the NA of pandas, nulls of Arrow.
+"""Conversion of missing values to NaN: masked values, None, NA of pandas, nulls of Arrow.
 
-Whatever takes an array of samples takes it through here, the compiled classes as well.
+Every function and compiled class that takes an array of samples uses this module.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ _MISSING: Final[dict[str, Any]] = {
 
 
 def floats(values: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:
-    """Return real numbers as float64, NaN where one is missing; faults as of `real_numbers`."""
+    """Return real numbers as float64, NaN for missing ones; errors as in `real_numbers`."""
     return np.asarray(real_numbers(values, name), dtype=np.float64)
 
 
 def real_numbers(values: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
-    """Return an array of real numbers of their own type, NaN where one is missing.
+    """Return an array of real numbers in their own type, NaN for missing ones.
 
     Raises
     ------
     TypeError
-        If it holds anything else.
+        If it has anything else.
     ValueError
-        If it is ragged, or holds a whole number that is beyond the doubles.
+        If it is ragged, or has a whole number beyond the range of doubles.
     """
     try:
         array = without_masks(values)
@@ -45,15 +45,15 @@ def real_numbers(values: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
 
 
 def without_masks(values: npt.ArrayLike) -> npt.NDArray[Any]:
-    """Return an array in which masked values, None and the NA of pandas are NaN or NaT.
+    """Return an array with NaN or NaT for masked values, None and NA of pandas.
 
-    An array without any of them is returned as it is, and so is one of other objects. A table of
-    one column is that column.
+    An array without these, or of other objects, is returned unchanged. A table of one column
+    becomes that column.
 
     Raises
     ------
     OverflowError
-        If an object is a whole number beyond the doubles.
+        If an object is a whole number beyond the range of doubles.
     """
     array = np.asanyarray(values)
     if array.shape[1:] == (1,) and is_table(values):
@@ -72,7 +72,7 @@ def is_table(values: object) -> bool:
 
 def _numbers(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
     if array.size and all(isinstance(value, (int, np.integer)) for value in array.flat):
-        # Nanoseconds of today's date do not fit a double.
+        # Today's date in nanoseconds does not fit a double.
         whole = np.array(array.tolist())
         if whole.dtype.kind in "iu":
             return whole

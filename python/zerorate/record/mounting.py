@@ -16,7 +16,7 @@ _ORTHOGONALITY_TOLERANCE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Mounting:
-    """Mounting of sensors as a file states it; None where it states nothing.
+    """Mounting of sensors as a file states it; None for what it does not state.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ class Mounting:
     antenna : ndarray, shape (3,), or None
         Vector from the sensor to the antenna, body axes, m.
     time_offset : float, or None
-        Offset to add to the times of the fixes, s, as ``NavigationFilter.process`` takes it.
+        Offset to add to the times of the fixes, s, as for ``NavigationFilter.process``.
 
     Examples
     --------
@@ -55,12 +55,12 @@ def body_axes(recording: Recording, body_from_sensor: npt.ArrayLike) -> Recordin
         Recording whose gyros, accelerometers and magnetometers are rotated; others stay. The
         result's ``mounting`` no longer has a rotation.
     body_from_sensor : array_like, shape (3, 3)
-        Rotation: a vector in the axes of the body is its product with one in those of the sensor.
+        Rotation matrix that turns a vector in sensor axes into body axes.
 
     Raises
     ------
     ValueError
-        If it is no rotation; a mirrored axis is none.
+        If it is not a rotation, for example with a mirrored axis.
 
     Examples
     --------
@@ -79,7 +79,7 @@ def body_axes(recording: Recording, body_from_sensor: npt.ArrayLike) -> Recordin
 
 
 def check_rotation(values: npt.ArrayLike) -> Floats:
-    """Return a rotation matrix, checked; ValueError if it is none."""
+    """Return a checked rotation matrix; ValueError if it is not a rotation."""
     try:
         matrix = np.array(values, dtype=np.float64)
     except (TypeError, ValueError):

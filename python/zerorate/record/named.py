@@ -1,4 +1,4 @@
-"""Rate, unit and names of samples: those of a log, or of a frame's columns."""
+"""Rate, unit and names of samples, from a log or from a frame's columns."""
 
 from __future__ import annotations
 
@@ -19,20 +19,21 @@ from zerorate.units import UNITS, canonical, convert
 _SI_UNITS: Final = {"gyro": "rad/s", "accel": "m/s^2"}
 _ARGUMENT_UNITS: Final[Mapping[str, Mapping[str, str]]] = {
     "FootFilter": _SI_UNITS,
+    "NavigationBank": _SI_UNITS,
     "NavigationFilter": _SI_UNITS,
     "PositionFilter": {"position": "m", "speed": "m/s"},
     "TemperatureFilter": {"temperature": "degC"},
 }
-"""Units of arguments of compiled classes; others have a ``gyro_unit`` of their own."""
+"""Units of arguments of compiled classes; other classes have a ``gyro_unit``."""
 
 
 def rate_of(rate: float | None, *records: object) -> float:
-    """Return the rate of samples in Hz: the one given, else that of the first log among them.
+    """Return the rate of samples in Hz: the stated one, else that of the first log.
 
     Raises
     ------
     ValueError
-        If neither is there, it is not positive and finite, or a log has another rate by over 1 %.
+        If there is neither, it is not positive and finite, or a log's rate differs by over 1 %.
     """
     logs = [record for record in records if isinstance(record, Log)]
     if rate is None and not logs:
@@ -45,12 +46,12 @@ def rate_of(rate: float | None, *records: object) -> float:
 
 
 def unit_of(unit: str | None, record: object) -> str | None:
-    """Return the unit of samples: the one given, else that of the log or in the columns' names.
+    """Return the unit of samples: the stated one, else that of the log or in the columns' names.
 
     Raises
     ------
     ValueError
-        If the samples have another unit than the one given.
+        If the samples have a unit other than the stated one.
     """
     own_unit = _stated_unit(record)
     if unit is None or unit == UNKNOWN_UNIT:
@@ -61,7 +62,7 @@ def unit_of(unit: str | None, record: object) -> str | None:
 
 
 def names_of(record: object) -> tuple[str, ...] | None:
-    """Return the names of channels, None for samples without."""
+    """Return the names of channels, None for samples without names."""
     if isinstance(record, Log):
         return record.names
     if is_table(record):
@@ -76,21 +77,21 @@ def names_of(record: object) -> tuple[str, ...] | None:
 
 
 def columns_of(record: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
-    """Return real numbers of their own type, as `real_numbers`; of a table always (n, k)."""
+    """Return real numbers in their own type, as `real_numbers`; for a table always (n, k)."""
     array = real_numbers(record, name)
     return array[:, np.newaxis] if is_table(record) and array.ndim == 1 else array
 
 
 def convert_to_unit(record: npt.ArrayLike, unit: str, name: str) -> Floats:
-    """Return samples in a unit, converted if they state another one.
+    """Return samples in a unit, converted from another unit if they state one.
 
     Raises
     ------
     ValueError
-        If the record is a log of unknown unit, or has a unit that does not convert.
+        If the record is a log of unknown unit, or its unit cannot be converted.
     """
     array, own_unit = floats(record, name), _stated_unit(record)
-    # Of what has several units; degrees Celsius go without saying.
+    # Only for quantities with several units; temperatures are in degrees Celsius.
     if own_unit is None and isinstance(record, Log) and unit in UNITS:
         raise ArgumentError(
             name,
@@ -106,15 +107,15 @@ def convert_to_unit(record: npt.ArrayLike, unit: str, name: str) -> Floats:
 
 
 def for_stream(owner: object, names: Sequence[str], values: Sequence[Any]) -> list[Any]:
-    """Return arguments of a compiled object, those with names as arrays in its units.
+    """Return arguments of a compiled object, named samples converted to arrays in its units.
 
-    Times between samples that are not given are those of the log.
+    Missing times between samples are filled in from the log.
 
     Raises
     ------
     ValueError
-        If a log has another rate than the object, a unit that cannot be converted, or another
-        clock than the first one.
+        If a log's rate differs from the object's, its unit cannot be converted, or its clock
+        differs from the first log's.
     """
     logs = {name: one for name, one in zip(names, values, strict=True) if isinstance(one, Log)}
     rate = getattr(owner, "rate", None)
@@ -156,7 +157,7 @@ def _max_clock_difference(log: Log, other: Log) -> float:
 
 
 def _stated_unit(record: object) -> str | None:
-    """Return the unit that samples say they have, None for none."""
+    """Return the unit stated by samples, None without one."""
     if isinstance(record, Log):
         return None if record.unit == UNKNOWN_UNIT else record.unit
     units = {split_unit(name)[1] for name in names_of(record) or ()}

@@ -47,11 +47,11 @@ _FOREIGN_UNITS: Final = {
     "mm/s^2": ("m/s^2", 1e-3, "mm/s^2 mm/s2 mm/s²"),
     "ft/s^2": ("m/s^2", 0.3048, "ft/s^2 ft/s2 ft/s²"),
 }
-"""Units that are not computed with: what they become, by which factor, and their spellings."""
+"""Units that are converted on reading: target unit, factor, and spellings."""
 
 
 class ForeignUnit(NamedTuple):
-    """A unit that is not computed with, and its factor into one that is."""
+    """A unit that is converted on reading, and its factor into the target unit."""
 
     name: str
     unit: str
@@ -80,14 +80,14 @@ _PX4_UNITS: Final = {
     "m_s2": "m/s^2",
     "mps2": "m/s^2",
 }
-"""Units between a sensor and its axis, as PX4 has them: ``gyro_rad[0]`` is in rad/s."""
+"""Units between a sensor's name and its axis, as in PX4: ``gyro_rad[0]`` is in rad/s."""
 _PX4_UNIT_IN_NAME: Final = re.compile(
     rf"^(.*(?:gyro|accel|accelerometer))_({'|'.join(_PX4_UNITS)})(\[\d\]|_[xyz])$", re.IGNORECASE
 )
 
 
 def canonical_unit(text: object) -> str:
-    """Return the unit in its one spelling; ValueError listing the known ones otherwise."""
+    """Return the standard spelling of a unit; ValueError for an unknown one."""
     unit = _UNIT_BY_SPELLING.get(text.strip().lower()) if isinstance(text, str) else None
     if unit is None:
         raise ValueError(f"unknown unit {text!r}; known: {', '.join(_UNIT_SPELLINGS)}")
@@ -101,7 +101,7 @@ def is_unit(text: str) -> bool:
 
 @lru_cache(maxsize=4096)
 def split_unit(name: str) -> tuple[str, str | None]:
-    """Return a column's name without its unit, and the unit (None where it carries none).
+    """Split a column's name into the name without unit, and the unit (None without one).
 
     The unit stands at the end, after an underscore or blank or in brackets:
     ``gyro_x_dps``, ``wx [rad s^-1]``.
@@ -129,14 +129,14 @@ def _split_foreign_unit(name: str) -> tuple[str, ForeignUnit | None]:
 
 
 def foreign_unit(names: Sequence[str]) -> ForeignUnit | None:
-    """Return the unit of columns by their names, if it is one not computed with."""
+    """Return the unit in columns' names, if it is one converted on reading."""
     return next(
         (foreign for _, foreign in map(_split_foreign_unit, names) if foreign is not None), None
     )
 
 
 def check_foreign(names: Sequence[str], unit: str | None, factor: float | None) -> None:
-    """Raise LogError if a unit is given for columns of another one that nothing multiplies."""
+    """Raise LogError if the stated unit contradicts the columns' unit and no factor is given."""
     foreign = foreign_unit(names)
     if foreign is not None and unit is not None and factor is None:
         raise LogError(
@@ -151,14 +151,14 @@ def check_foreign(names: Sequence[str], unit: str | None, factor: float | None) 
 
 
 def add_unit_suffix(name: str, unit: str) -> str:
-    """Return the name ending in the unit's suffix, unless it carries a unit or none is known."""
+    """Return the name with the unit's suffix, unless it has one or the unit has no suffix."""
     if unit not in UNIT_SUFFIXES or split_unit(name)[1] is not None:
         return name
     return f"{name}_{UNIT_SUFFIXES[unit]}"
 
 
 def common_unit(names: list[str], stated: str | None, file_unit: str | None) -> str:
-    """Return the one unit of the columns: their suffix, else the given one, else the file's.
+    """Return the common unit of columns: their suffix, else the stated one, else the file's.
 
     Raises
     ------
@@ -169,7 +169,7 @@ def common_unit(names: list[str], stated: str | None, file_unit: str | None) -> 
     for name, unit in suffixes.items():
         if stated is not None and unit is not None and unit != stated:
             raise LogError(f"unit '{stated}' was given, but column '{name}' is in {unit}")
-    # A unit that is written once counts for all axes.
+    # A unit in one column's name counts for all axes.
     written = {unit for unit in suffixes.values() if unit is not None}
     kinds = {_kind_of_imu(*split_unit(name)) for name in names}
     once = written.pop() if len(written) == len(kinds) == 1 and not (stated or file_unit) else ""
@@ -182,7 +182,7 @@ def common_unit(names: list[str], stated: str | None, file_unit: str | None) -> 
 
 
 def canonical_spelling(unit: str) -> str:
-    """Return the unit in its one spelling where it is known, else as it stands."""
+    """Return the standard spelling of a known unit, or an unknown unit unchanged."""
     return _UNIT_BY_SPELLING.get(unit.strip().lower(), unit.strip())
 
 
@@ -221,7 +221,7 @@ def looks_like_sensor(name: str) -> bool:
 
 
 def _kind_of_imu(stem: str, unit: str | None) -> str | None:
-    """Return the kind of an inertial sensor, by the unit if an axis has no sensor's name."""
+    """Return the kind of an inertial sensor, from the unit if a name has no sensor."""
     kind = parse_name(stem).kind
     return KIND_OF_UNIT.get(unit or "") if kind == "" else kind
 
@@ -237,8 +237,8 @@ def is_quaternion(name: str) -> bool:
 class Meaning(NamedTuple):
     """Meaning of a column's name: the kind of its sensor, the sensor, and the unit.
 
-    Columns of one kind and one ``sensor`` are its axes. Of a gyro, an accelerometer and a
-    magnetometer ``words`` has the axis, the stage and the device.
+    Columns of one kind and one ``sensor`` are its axes. For gyros, accelerometers and
+    magnetometers, ``words`` has the axis, the stage and the device.
     """
 
     kind: str
@@ -248,7 +248,7 @@ class Meaning(NamedTuple):
 
 
 class _SensorKind(NamedTuple):
-    """A kind of sensor: names that are of it and names that are not, its units, its axes."""
+    """A kind of sensor: names that match, names that do not, units, and axes."""
 
     names: re.Pattern[str]
     excluded: re.Pattern[str]
@@ -357,7 +357,7 @@ _SIGMA_PREFIX = re.compile(r"^(?:(position|velocity)_)?(?:sigma|std)_")
 
 @lru_cache(maxsize=4096)
 def meaning_of(name: str) -> Meaning | None:
-    """Return the meaning of a column's name, None for one that is of no sensor known.
+    """Return the meaning of a column's name, None for an unknown sensor.
 
     The kinds are ``gyro``, ``accel``, ``mag``, ``temperature``, ``velocity``, ``position``,
     ``gravity``, ``reference``, ``pressure``, ``height``, ``heading`` and ``baseline``, and
@@ -388,7 +388,7 @@ def meaning_of(name: str) -> Meaning | None:
 
 
 def _split_unit_of_kind(name: str, units: dict[str, str]) -> tuple[str, str | None]:
-    """Return name and unit as `split_unit` does, with the units of one kind of sensor as well."""
+    """Return name and unit as `split_unit`, including the units of one kind of sensor."""
     bracket = _BRACKETED_UNIT.match(name.strip())
     if bracket and bracket[2].lower() in units:
         return bracket[1], units[bracket[2].lower()]
@@ -404,7 +404,7 @@ def _split_unit_of_kind(name: str, units: dict[str, str]) -> tuple[str, str | No
 
 
 def _strip_axis(stem: str, axes: re.Pattern[str] | None) -> str:
-    """Return a name without the letter of its axis, or else without its number."""
+    """Return a name without its axis letter, or without its number if it has none."""
     if axes is None:
         return stem
     bare = axes.sub("", stem)

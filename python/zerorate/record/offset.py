@@ -1,4 +1,4 @@
-"""Offset to add to the times of fixes, so that they are on the clock of the sensors."""
+"""Offset to add to the times of fixes to convert them to the sensors' clock."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from zerorate.record.fixes import Fixes
 from zerorate.views import Result
 
 _SIGNIFICANCE_SIGMAS: Final = 3.0
-"""Standard deviations beyond which an offset is reported."""
+"""Least offset that is reported, in standard deviations."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class TimeOffset(Result):
         Its standard deviation, s; infinite if it is not identifiable.
     velocity_seconds : float
         Offset to add to the times of their velocities, which a receiver may filter separately; NaN
-        if it is that of the positions.
+        if it equals that of the positions.
     velocity_sigma : float
         Its standard deviation, s.
     rate : float
@@ -39,8 +39,8 @@ class TimeOffset(Result):
         Mean normalised innovation squared of a scalar with this offset, 1 if the model is right;
         NaN if not known.
     antenna : tuple of float or None
-        Vector from the sensors to the antenna, m forward, right, down, as found with the clock;
-        None if it was not searched.
+        Vector from the sensors to the antenna, m forward, right, down, estimated with the clock;
+        None if it was not estimated.
     antenna_sigma : tuple of float or None
         Its standard deviations, m.
 
@@ -67,7 +67,7 @@ class TimeOffset(Result):
 
     @classmethod
     def of(cls, value: float | TimeOffset) -> TimeOffset:
-        """Return an offset of one number as one that is known.
+        """Return a known offset from a number.
 
         Raises
         ------
@@ -81,7 +81,7 @@ class TimeOffset(Result):
 
     @property
     def identifiable(self) -> bool:
-        """True if the record determines it: the vehicle must change its velocity."""
+        """True if the record determines the offset; the vehicle must change its velocity."""
         return math.isfinite(self.sigma)
 
     @property
@@ -95,7 +95,7 @@ class TimeOffset(Result):
         return tuple(rows)
 
     def applied(self, fixes: Fixes) -> Fixes:
-        """Return fixes on the clock of the sensors."""
+        """Return fixes with times on the sensors' clock."""
         if not self.rate and not math.isfinite(self.velocity_seconds):
             return fixes.shifted(self.seconds)
         drift = self.rate * (fixes.time - self.middle)
@@ -114,7 +114,7 @@ class TimeOffset(Result):
         )
 
     def differs(self, stated: float, min_difference: float) -> bool:
-        """Return True if it surely differs from a stated offset, by at least so many seconds."""
+        """Return True if the offset certainly differs from a stated one, by at least `seconds`."""
         if not self.identifiable:
             return False
         offsets = [(self.seconds, self.sigma)]

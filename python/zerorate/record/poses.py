@@ -71,19 +71,19 @@ class Poses:
         return f"Poses({len(self)} from {first:.3f} to {last:.3f} s)"
 
     def at(self, times: Floats, max_gap: float = 0.5) -> Poses:
-        """Return the poses at other times: between two on a line, and turned evenly.
+        """Return poses at other times, by linear and spherical interpolation.
 
         Parameters
         ----------
         times : ndarray, shape (m,)
             s, increasing, on the same clock.
         max_gap : float
-            Seconds between two poses beyond which nothing is known; default 0.5.
+            Largest interval between two poses that is interpolated, s; default 0.5.
 
         Returns
         -------
         Poses
-            NaN where nothing is known.
+            The poses, NaN in longer intervals.
         """
         after = np.clip(np.searchsorted(self.time, times), 1, max(len(self) - 1, 1))
         if len(self) == 1:
@@ -101,13 +101,13 @@ class Poses:
 
     @document_export()
     def to_tum(self, path: str | os.PathLike[str] | None = None, *, force: bool = False) -> str:
-        """Return the poses as TUM's text, which evo reads: a line ``time x y z qx qy qz qw`` each.
+        """Return the poses as TUM text, as evo reads it: one line ``time x y z qx qy qz qw`` each.
 
         Returns
         -------
         str
-            The text, times to a microsecond, positions in m; a position that is not known is 0, and
-            poses without an orientation are left out.
+            The text, with times to a microsecond and positions in m. Unknown positions are 0; poses
+            without an orientation are left out.
 
         Examples
         --------
@@ -133,7 +133,7 @@ class Poses:
 
 
 def _slerp(p: Floats, q: Floats, part: Floats) -> Floats:
-    """Return quaternions on the shortest way from one to the other, evenly."""
+    """Interpolate quaternions along the shortest rotation."""
     along = np.sum(p * q, axis=1, keepdims=True)
     q, cosine = np.where(along < 0.0, -q, q), np.clip(np.abs(along), 0.0, 1.0)
     angle = np.arctan2(np.linalg.norm(q - cosine * p, axis=1, keepdims=True), cosine)

@@ -24,9 +24,9 @@ class Recording(Mapping[str, Log]):
         ``"gyro"``, ``"accel"``, ``"mag"``, ``"temperature"``, ``"reference"``, ``"position"`` and
         others; further ones of a kind are ``"gyro_1"``, ``"gyro_2"`` and so on.
     source
-        Source of the logs, in words; nothing is read from it.
+        Description of the source; nothing is read from it.
     notes
-        Sentences on assumptions about the whole; those on one log are in its ``meta["notes"]``.
+        Sentences on assumptions about the recording; those on one log are in its ``meta["notes"]``.
     supplement
         Further contents of the source, read at first access: `fixes`, `mounting`, `device`,
         `tables`. ``replace(recording, logs=...)`` keeps it.
@@ -63,7 +63,7 @@ class Recording(Mapping[str, Log]):
         return len(self.logs)
 
     def __repr__(self) -> str:
-        """Return the source and, of each log, channels, rate and unit."""
+        """Return the source, and channels, rate and unit of each log."""
         listed = (f"{n}: {x.channels} at {x.rate:g} Hz, {x.unit}" for n, x in self.items())
         return f"Recording({self.source}; {'; '.join(listed)})"
 
@@ -94,34 +94,34 @@ class Recording(Mapping[str, Log]):
 
     @property
     def reference(self) -> Log | None:
-        """The first angle, rate or orientation that something else measured."""
+        """The first reference: an angle, rate or orientation from another instrument."""
         return self.logs.get("reference")
 
     @property
     def position(self) -> Log | None:
-        """Position, of a GNSS receiver for instance; its channels may differ in unit."""
+        """Position, for instance of a GNSS receiver; channels may differ in unit."""
         return self.logs.get("position")
 
     @property
     def fixes(self) -> Fixes | None:
         """Fixes of the receiver in the source, None without one; read at first access.
 
-        They are those of `zerorate.read_fixes`, of the whole source. LogError if the source has
-        places that are no fixes, OSError if it can no longer be read.
+        They are what `zerorate.read_fixes` returns for the whole source. LogError if positions in
+        the source are not fixes, OSError if it can no longer be read.
         """
         return self.supplement.fixes
 
     @property
     def mounting(self) -> Mounting | None:
-        """Mounting of the sensors by the source's metadata, None where they do not state it.
+        """Mounting of the sensors from the source's metadata, None if they lack it.
 
-        LogError if the metadata cannot be read. `body_axes` takes its rotation out.
+        LogError if the metadata cannot be read. `body_axes` applies its rotation.
         """
         return self.supplement.mounting
 
     @property
     def device(self) -> str | None:
-        """Number of the device that wrote the source, None where it holds none."""
+        """Number of the device that wrote the source, None if the source has none."""
         return self.supplement.read_device()
 
     def tables(self, *prefixes: str) -> Tables:

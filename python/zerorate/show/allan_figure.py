@@ -1,4 +1,4 @@
-"""Figures of deviation curves: a panel an axis, with bounds and fits."""
+"""Figures of deviation curves: one panel per axis, with bounds and fits."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def plot_characterised(result: Characterised) -> Figure:
 def plot_characterisation(sensors: Sequence[Characterisation]) -> Figure:
     """Return a figure of all sensors of one log: gyros above, accelerometers below.
 
-    A panel an axis, as of `plot_allan`, of the first four axes of each. All panels of one sensor
+    One panel per axis, as in `plot_allan`, of the first four axes of each. All panels of one sensor
     have the same unit.
     """
     rows = [list(_make_panels(sensor)) for sensor in sensors]

@@ -19,11 +19,9 @@ _SECOND_LABEL: Final = "  by the spectrum"
 _SECOND_FIELDS: Final = ("angle_random_walk", "bias_instability", "rate_random_walk")
 _WORST_LABEL: Final = "worst axis"
 _BOUND_NOTE: Final = (
-    'A "<" is an upper bound at 95 %: the coefficient is not identifiable from this record.'
+    'A "<" marks an upper bound at 95 %: this record does not determine the coefficient.'
 )
-_UNIT_NOTE: Final = (
-    '"unit" is the unit of the samples. Exports to estimators need to know which it is.'
-)
+_UNIT_NOTE: Final = '"unit" is the unknown unit of the samples; exports to estimators need it.'
 
 
 def format_allan(sensors: Sequence[Characterisation]) -> str:

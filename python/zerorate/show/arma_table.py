@@ -9,7 +9,7 @@ Row = tuple[str, str, str]
 
 
 def format_arma_model(model: ArmaModel) -> str:
-    """Return aligned lines without an end: coefficient, value ± error, t; then the notes."""
+    """Return aligned lines: coefficient, value ± error, t; then the notes."""
     rows = list(_rows(model))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = [

@@ -162,7 +162,7 @@ def _draw_weights(axes: Axes, bar: Axes, replay: ArrayReplay) -> None:
     scale = axes.figure.colorbar(
         image, cax=bar, extend="max" if max_weight == _MAX_WEIGHT_RATIO else "neither"
     )
-    scale.set_label("weight over that in a plain mean")
+    scale.set_label("weight relative to a plain mean")
     scale.outline.set_linewidth(0.5)
 
 
@@ -210,8 +210,7 @@ def _make_caption(replay: ArrayReplay) -> str:
                 f"{sensor_gain:.2f} times."
             )
     sentences.append(
-        "Weights: at rest by noise, in motion by scale errors, which are equal. Vermilion: "
-        "excluded, for it disagreed with the others; yellow: stuck or far off for most of the "
-        "while; grey: missing."
+        "Weights: from noise at rest, equal in fast motion. Vermilion: excluded, since it "
+        "disagrees with the others; yellow: stuck or an outlier most of the time; grey: missing."
     )
     return " ".join(sentences)

@@ -18,12 +18,12 @@ _GAIN_LABELS: Final = ("mean over array", "sensor over array")
 
 
 def format_array(replay: ArrayReplay) -> str:
-    """Return a table with a row a sensor, the plain mean and the array, and the gains."""
+    """Return a table with one row per sensor, the plain mean and the array, and the gains."""
     kinds = [i for i in range(len(SAMPLE_FATES)) if i == 0 or replay.shares[:, i].any()]
     head = ("", *(SAMPLE_FATES[i] for i in kinds), "weight")
     rows = [*_sensor_rows(replay, kinds)]
     if replay.allan is None:
-        note = "In % of the samples. The body never rested: no bias and no noise is known."
+        note = "In % of the samples. The body never rested, so bias and noise are unknown."
         return as_text(Table(array_title(replay), head, tuple(rows), note=note))
     at, axes = replay.allan.second, replay.log.axes
     totals = [
@@ -89,7 +89,7 @@ def _make_note(replay: ArrayReplay) -> str:
     seconds = format_significant(float(replay.allan.taus[replay.allan.second]))
     columns = ", ".join(_axis_heads(replay.log.axes))
     return (
-        f"{SAMPLE_FATES[0]} and so on: % of the samples. weight: mean at rest. {columns}: "
+        f"{SAMPLE_FATES[0]} and so on: % of the samples. weight: mean weight at rest. {columns}: "
         "Allan deviation "
         f"at rest and {seconds} s, {replay.log.unit}."
     )
@@ -131,7 +131,7 @@ def format_accelerometers(replay: ArrayReplay) -> str:
         if fused.angular_acceleration is not None
         else ("lever arms not known")
     )
-    title = f"Accelerometers as one, {reference_point}"
+    title = f"Fused accelerometers, {reference_point}"
     allan = replay.accel_allan
     if allan is None:
         return as_text(Table(title, head, tuple(rows), note="In % of the samples."))
@@ -150,7 +150,7 @@ def format_accelerometers(replay: ArrayReplay) -> str:
     ]  # fmt: skip
     note = (
         "used and so on: % of the samples. left: RMS difference of the sensor from the array, "
-        "lever arms corrected if they are known. x, y, z: Allan deviation at rest and "
+        "after correction of known lever arms. x, y, z: Allan deviation at rest and "
         f"{format_significant(float(allan.taus[at]))} s, {fused.unit}."
     )
     spare = tuple(range(1, len(head)))
@@ -181,7 +181,7 @@ def format_rotations(rotations: Rotations) -> str:
             strict=True,
         )
     ]
-    head = ("", "angle, deg", "error", "left, %", "axes of the first are nearest to")
+    head = ("", "angle, deg", "error", "residual, %", "nearest axes of the first")
     title = (
         f"Rotations against {rotations.labels[0]}, from {shorten(rotations.seconds, 3)} s of motion"
     )

@@ -51,7 +51,7 @@ _Elements: TypeAlias = tuple[tuple[int, int], ...]
 _SCALE_ELEMENTS: Final[_Elements] = ((0, 0), (1, 1), (2, 2))
 _CROSS_ELEMENTS: Final[_Elements] = ((0, 1), (0, 2), (1, 2), (1, 0), (2, 0), (2, 1))
 _LINE_STYLES: Final = ("-", "--", ":")
-_QUESTION: Final = "Which way does it point, and how sure is that?"
+_QUESTION: Final = "Which way does it point, and how certain is that?"
 _WRAP_STEP_DEG: Final = 300.0
 """Degrees between neighbours from which on an angle has wrapped."""
 _MIN_MARK_SHARE: Final = 0.006
@@ -143,13 +143,13 @@ def _make_caption(estimate: AttitudeEstimate) -> str:
     if estimate.at_rest.any():
         sentences.append("Grey: at rest.")
     if estimate.mag and estimate.disturbed.any():
-        sentences.append("Rose: another magnetic field than the one known, not used.")
+        sentences.append("Rose: disturbed magnetic field, not used.")
     if not estimate.mag:
-        sentences.append("Without a magnetometer the heading is against the start.")
+        sentences.append("Without a magnetometer the heading is relative to the start.")
     if np.isfinite(estimate.gyro_matrix_sigma).all() and not _significant_elements(estimate):
         sentences.append("No misalignment of the gyro is significant.")
     if estimate.reference is not None:
-        sentences.append("Errors: against the recording's reference.")
+        sentences.append("Errors: relative to the recording's reference.")
     return " ".join(sentences)
 
 
@@ -203,13 +203,13 @@ def _draw_angles(panel: Axes, course: _Course) -> None:
 def _draw_heading(panel: Axes, course: _Course) -> None:
     errors = course.errors[:, :1]
     _draw_uncertainty(panel, course, course.estimate.heading_sigma, errors, ("error",))
-    write_head(panel, "error of heading [deg]" if errors.size else "heading known to [deg]")
+    write_head(panel, "error of heading [deg]" if errors.size else "σ of heading [deg]")
 
 
 def _draw_inclination(panel: Axes, course: _Course) -> None:
     errors = course.errors[:, 1:]
     _draw_uncertainty(panel, course, course.estimate.tilt_sigma, errors, ("about x", "about y"))
-    write_head(panel, "error of inclination [deg]" if errors.size else "inclination known to [deg]")
+    write_head(panel, "error of inclination [deg]" if errors.size else "σ of inclination [deg]")
 
 
 def _reference_errors(estimate: AttitudeEstimate) -> Floats:
@@ -301,7 +301,7 @@ def _draw_scale(panel: Axes, course: _Course) -> None:
 def _draw_misalignment(panel: Axes, course: _Course) -> None:
     """Draw the elements that are significant at the end: all six would overlap."""
     _draw_elements(panel, course, _CROSS_ELEMENTS, _significant_elements(course.estimate))
-    write_head(panel, "of its axes [%]")
+    write_head(panel, "misalignment [%]")
     write_names(panel, 7)
 
 

@@ -20,9 +20,9 @@ _AXES: Final = ("x", "y", "z")
 _SETTLED_AFTER_S: Final = 2.0
 _MAX_FRAME_ERROR_RAD: Final = math.radians(120.0)
 _HEADING_NOTES: Final = {
-    "absolute": "Heading against the north of the reference, which is to be the magnetic one.",
-    "relative": "Heading against the first sample of each row: without a magnetometer it is any.",
-    "aligned": "Headings are aligned: the estimate is turned back by {:.2f} deg about z.",
+    "absolute": "Headings are compared with the reference's north, which must be magnetic north.",
+    "relative": "Headings are relative to the first sample of each row: no magnetometer.",
+    "aligned": "Headings are aligned: the estimate is rotated back by {:.2f} deg about z.",
 }
 _FRAME_NAMES: Final = {
     "enu": "east, north, up",
@@ -118,7 +118,7 @@ def _make_errors_table(estimate: AttitudeEstimate) -> Table:
     if estimate.compared_heading == "aligned":
         note = note.format(math.degrees(estimate.heading_offset()))
     if errors.inclination > _MAX_FRAME_ERROR_RAD:
-        note += " So large an inclination is that of a reference to other axes of the earth."
+        note += " So large an inclination error means that the reference has other earth axes."
     head = ("RMS over", "total", "heading", "inclination", "samples")
     return Table("Errors against the reference, deg", head, tuple(rows), note=note)
 

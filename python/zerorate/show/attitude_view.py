@@ -41,10 +41,10 @@ def _make_body(estimate: AttitudeEstimate) -> Iterator[str]:
     north = "north" if estimate.mag else "the heading at the start"
     sentences = [
         f"Box: the body, longest along x. Green arrow on the ground: {north}. Grey arrow: gravity.",
-        "Drag the picture to look from elsewhere; arrow keys step the slider.",
+        "Drag the picture to change the view; arrow keys move the slider.",
     ]
     if estimate.reference is not None:
-        sentences.append("Dashed box: the reference; error: the angle between both.")
+        sentences.append("Dashed box: the reference. Error: the angle between both.")
     yield _CONTROLS
     yield '<dl id="numbers"></dl>'
     yield f'<p class="about">{escape(" ".join(sentences))} zerorate {__version__}.</p>'

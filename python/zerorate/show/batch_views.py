@@ -51,9 +51,7 @@ def _format_counts(result: BatchResult) -> Iterator[str]:
         yield _wrap_line(f"failed: {render_text(alarm)}")
     if result.left_out:
         count = len(result.left_out)
-        yield _wrap_line(
-            f"left out: {count} file{'s' if count > 1 else ''} that zerorate has written"
-        )
+        yield _wrap_line(f"left out: {count} file{'s' if count > 1 else ''} written by zerorate")
 
 
 def _format_reports(result: BatchResult) -> Iterator[str]:
@@ -115,7 +113,7 @@ def plot_batch(result: BatchResult) -> Figure:
     axes = add_panel(figure, 58.0, 10.0, 67.0, height)
     rows = range(len(outliers))
     axes.barh(rows, [outlier.deviations for outlier in reversed(outliers)], 0.6, color=ORANGE)
-    axes.set_xlabel("distance from the median, spreads of all logs")
+    axes.set_xlabel("distance from the median, in spreads of all logs")
     style_panels([axes])
     if not outliers:
         axes.xaxis.set_visible(False)

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 _SHOWN_VERDICTS: Final = ("new", "worse", "gone", "better", "differs")
 _ABOUT_TEXT: Final = (
-    "It says what is seen of two logs, never the cause of a difference. Numbers differ where they "
-    "are further apart than three standard errors."
+    "The page states differences between two logs, not their causes. Numbers differ if their "
+    "difference exceeds three standard errors."
 )
 _MAX_CHANGES: Final = 12
 """Changes that a terminal, or a figure, shows."""
@@ -78,7 +78,7 @@ def plot_before_after(comparison: BeforeAfter) -> Figure:
     values = [part[0] / part[1] for _, part in reversed(drawn)]
     axes.axvline(0.0, color=GREY_TEXT, linewidth=0.6)
     axes.errorbar(values, rows, xerr=1.0, fmt="o", markersize=3.0)
-    axes.set_xlabel("after less before, in standard errors")
+    axes.set_xlabel("after minus before [standard errors]")
     style_panels([axes])
     axes.set_yticks(rows, names)
     write_title(figure, "What differs between the logs?")
@@ -94,8 +94,8 @@ def before_after_page(comparison: BeforeAfter) -> str:
 def _make_body(comparison: BeforeAfter) -> Iterator[str]:
     yield f'<p class="summary">{escape(comparison.summary)}</p>'
     yield f'<p class="about">{escape(_ABOUT_TEXT)} zerorate {__version__}.</p>'
-    changed = [change for change in comparison.changes if change.verdict != "alike"]
-    unchanged = [change for change in comparison.changes if change.verdict == "alike"]
+    changed = [change for change in comparison.changes if change.verdict != "unchanged"]
+    unchanged = [change for change in comparison.changes if change.verdict == "unchanged"]
     if changed:
         yield (
             '<section id="changes">\n<h2>What '
@@ -103,8 +103,8 @@ def _make_body(comparison: BeforeAfter) -> Iterator[str]:
         )
     if unchanged:
         yield (
-            '<section id="alike">\n<h2>What is '
-            f"the same</h2>\n<details><summary>{len(unchanged)} findings"
+            '<section id="unchanged">\n<h2>What is '
+            f"unchanged</h2>\n<details><summary>{len(unchanged)} findings"
             f"</summary>{_make_table(comparison, unchanged)}</details>\n</section>"
         )
     sides = (("before", comparison.before), ("after", comparison.after))

@@ -52,7 +52,7 @@ def plot_replays(replays: Replays) -> Figure:
 def plot_biases(replays: Mapping[str, Summary]) -> Figure:
     """Return the biases of several logs over the time since each began.
 
-    A panel an axis, a column of a page wide; colours repeat after six logs.
+    One panel per axis, a column of a page wide; colours repeat after six logs.
 
     `replays`: by the names of the logs; those whose unit is not that of the first are left out.
     Axes are compared in their order, the first six.
@@ -64,7 +64,7 @@ def plot_biases(replays: Mapping[str, Summary]) -> Figure:
     labels = max((summary.header.names for summary in replays.values()), key=len)[:_MAX_AXES]
     methods = " and ".join(sorted({summary.method for summary in replays.values()}))
     stack = Stack(
-        "Is the bias the same in each log?",
+        "Is the bias the same in all logs?",
         f"by {methods}, two standard deviations to either side",
         "Time since the first sample of each log.",
         [_PANEL_HEIGHT_MM] * len(labels),

@@ -104,10 +104,10 @@ def _describe_result(calibration: Calibration) -> str:
 
 def _make_caption(with_log: bool) -> str:
     sentence = (
-        "Orange: before, blue: after. Poses: which direction of the body was up; rose: more than "
-        "40° from any that was used. Hollow: not used, or not identifiable. Bars: ± 2σ. Above the "
-        "dashed line a parameter is not identifiable."
+        "Orange: before, blue: after. Poses: direction of the body that was up; rose: more than "
+        "40° from all used poses. Hollow: not used, or not identifiable. Bars: ± 2σ. Parameters "
+        "above the dashed line are not identifiable."
     )
     if not with_log:
         return sentence
-    return f"Above: the middle 90 % of the samples at a time; light blue: rests. {sentence}"
+    return f"Above: the middle 90 % of the samples in each column; light blue: rests. {sentence}"

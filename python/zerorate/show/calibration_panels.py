@@ -147,7 +147,7 @@ def _project(up: Floats, sign: float) -> tuple[Floats, Floats]:
 
 def draw_norm(axes: Axes, calibration: Calibration) -> None:
     """Draw the error of the norm of gravity at every rest, before and after."""
-    write_head(axes, "gravity at rest off [mg]")
+    write_head(axes, "error of gravity at rest [mg]")
     before = 1e3 * np.abs(_raw_norm_errors(calibration))
     after = 1e3 * np.abs([rest.norm_error for rest in calibration.rests])
     _draw_sizes(axes, before, after, [rest.used for rest in calibration.rests])
@@ -156,7 +156,7 @@ def draw_norm(axes: Axes, calibration: Calibration) -> None:
 
 def draw_turn_error(axes: Axes, calibration: Calibration) -> None:
     """Draw the error of gravity carried through every turn, before and after."""
-    write_head(axes, "after a turn off [deg]")
+    write_head(axes, "error after a rotation [deg]")
     before = np.degrees([turn.residual_raw for turn in calibration.turns])
     after = np.degrees([turn.residual for turn in calibration.turns])
     _draw_sizes(axes, before, after, [turn.used for turn in calibration.turns])
@@ -268,7 +268,7 @@ def _relative_matrices(calibration: Calibration) -> tuple[Floats, Floats]:
 
 def draw_parameter_errors(axes: Axes, calibration: Calibration) -> None:
     """Draw the error of each parameter over what a data sheet states."""
-    write_head(axes, "how well known: error over a data sheet's")
+    write_head(axes, "standard error over a data sheet's")
     groups = [parts[parts > 0.0] for parts in _errors_over_datasheet(calibration)]
     for i, (parts, colour) in enumerate(zip(groups, _GROUP_COLOURS, strict=True)):
         positions = i + np.linspace(-0.25, 0.25, max(parts.size, 2))[: parts.size]

@@ -27,7 +27,7 @@ _MAX_LISTED: Final = 12
 _FRAMES: Final = {
     "x": "x is that of the accelerometer, y lies in its x-y plane",
     "z": "z is that of the accelerometer, y lies in its y-z plane",
-    "symmetric": "as near to all three of the accelerometer as can be",
+    "symmetric": "as close as possible to all three axes of the accelerometer",
 }
 
 
@@ -90,7 +90,7 @@ def _make_gyro_table(calibration: Calibration) -> Table:
         for coefficient in row
     ):
         rows += tuple(_sensitivity_rows(sensor))
-        note = "g-sensitivity of an axis: what it reads under 1 g along x, y and z"
+        note = "g-sensitivity of an axis: its output per g along x, y and z"
     return Table(
         f"Gyro{_describe_unit(sensor)}", ("", "", *_AXES), rows, words=2, note=note, blocks=True
     )
@@ -185,7 +185,7 @@ def _make_errors_table(calibration: Calibration) -> Table:
     rows = (
         ("norm of gravity at rest", "mg", *(_format_number(1e3 * error) for error in norm)),
         (
-            "gravity carried through a turn",
+            "gravity propagated through a rotation",
             "deg",
             *(_format_number(math.degrees(error)) for error in carry),
         ),
@@ -193,7 +193,7 @@ def _make_errors_table(calibration: Calibration) -> Table:
     usage = "had not seen" if calibration.held_out else "used"
     note = f"RMS; after calibration over rests and turns that the fit {usage}"
     if not calibration.valid:
-        note += "; of a calibration that is not valid these numbers mean nothing"
+        note += "; these numbers mean nothing if the calibration is not valid"
     return Table("Errors", ("", "", "before", "after"), rows, words=2, note=note)
 
 

@@ -39,5 +39,5 @@ def plot_checks(checks: Checks) -> Figure:
     style_panels([axes])
     axes.set_yticks(range(2), _ROWS)
     write_title(figure, f"What does motion show of {checks.source}?")
-    write_caption(figure, "Bars: where it is seen; red where what the log says is mistaken.")
+    write_caption(figure, "Bars: spans with evidence; red: the log's unit or axes are wrong.")
     return figure

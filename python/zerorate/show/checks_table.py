@@ -28,12 +28,12 @@ def _format_parts(checks: Checks) -> Iterator[str]:
         (finding.sensor, finding.status, _list_alternatives(finding), _list_spans(finding))
         for finding in findings
     )
-    head = ("", "what is seen", "axes that fit", "seen at, s")
+    head = ("", "what is seen", "axes that fit", "spans, s")
     if rows:
         yield as_text(Table(f"Units and axes in {checks.source}", head, rows, words=4))
     numbers = tuple(_format_numbers(checks))
     if numbers:
-        yield as_text(Table("The gyro against the accelerometer", (), numbers))
+        yield as_text(Table("The gyro compared with the accelerometer", (), numbers))
     sentences = [
         finding.text for finding in (checks.gyro, checks.magnetometer) if not finding.alarm
     ]
@@ -71,7 +71,5 @@ def _describe_dip(checks: Checks) -> Iterator[str]:
     if checks.dip is None:
         return
     degrees = math.degrees(checks.dip)
-    warning = (
-        "" if degrees >= 0 else ": south of the magnetic equator, or a sensor's signs are wrong"
-    )
+    warning = "" if degrees >= 0 else ": south of the magnetic equator, or wrong signs of a sensor"
     yield f"the magnetic field points {degrees:.0f} deg below the level{warning}"

@@ -57,15 +57,16 @@ def plot_compared(result: Compared) -> Figure:
     """Return the figure of the first kind of recording; ValueError without any."""
     comparison = next((candidate for candidate in result.comparisons if candidate.rows), None)
     if comparison is None:
-        raise ValueError("there is no figure of simulated gyros: the table has all numbers")
+        raise ValueError("simulated gyros have no figure: the table has all numbers")
     return plot_compare(comparison)
 
 
 def plot_compare(comparison: Comparison) -> Figure:
     """Plot each method's score by the measures that decide for its kind of recording.
 
-    A panel a measure, three at most, with a row a method: a dot an axis, and a bar and a number for
-    their mean; in colour the best, by the first measure, of those that use no later sample.
+    There is one panel per measure, three at most, with one row per method: one dot per axis, and a
+    bar and a number for their mean. Of the methods that use no later sample, the best by the first
+    measure is coloured.
     """
     section = leading_section(comparison)
     rows_by_method = [
@@ -81,7 +82,7 @@ def plot_compare(comparison: Comparison) -> Figure:
     figure = Stack(
         section.question,
         _describe_best(methods, measures),
-        "Dots: axes of the recordings; bars and numbers: their means.",
+        "Dots: axes of the recordings. Bars and numbers: means.",
         [_ROW_HEIGHT_MM * max(len(methods), 1)],
     )
     best = _find_best(methods, measures)
@@ -133,7 +134,7 @@ def _is_causal(method: _Method) -> bool:
 
 def _describe_best(methods: Sequence[_Method], measures: Sequence[Measure]) -> str:
     if (best := _find_best(methods, measures)) is None:
-        return "no measure means anything here"
+        return "no measure applies here"
     first = measures[0].head
     text = f"{methods[best].name}: {format_significant(methods[best].mean(0))} ({first})"
     acausal = [one for one in methods if one.name[-1] == "‡" and math.isfinite(one.mean(0))]

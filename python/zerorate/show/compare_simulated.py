@@ -13,13 +13,13 @@ from zerorate.tasks.compare.simulated import Regret
 from zerorate.tasks.compare.task import Compared
 
 _MEANING_NOTE: Final = (
-    "Regret: RMSE to the true drift over that of the Kalman filter that knows the model, whose own "
-    "RMSE is the column optimum. 1 is perfect."
+    "Regret: RMSE to the true drift, divided by that of the Kalman filter with the true model "
+    "(column 'optimum'). 1 is perfect."
 )
-_TRANSIENT_NOTE: Final = "Only the optimum knows its time constant; not in mean and worst."
+_TRANSIENT_NOTE: Final = "Only the optimum has the drift's time constant; not in mean and worst."
 _COVERAGE_NOTE: Final = (
-    "Share of times at which the mean drift over the next 10 s is within one sigma of the method: "
-    "0.683 if it is honest."
+    "Share of times at which the mean drift over the next 10 s is within the method's one sigma: "
+    "0.683 if sigma is right."
 )
 
 

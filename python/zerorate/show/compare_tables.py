@@ -46,7 +46,7 @@ class Measure:
         return known * row.values.get(self.name, math.nan)
 
     def badness(self, value: float) -> float:
-        """Return the distance of a shown value from its ideal; twice is as far as half."""
+        """Return the distance of a value from its ideal; double and half are equally far."""
         if self.ideal == 0.0:
             return abs(value)
         return abs(math.log(value / self.ideal)) if value > 0.0 else math.inf
@@ -94,7 +94,7 @@ def _make_motion_section(title: str, name: str, *more: Measure) -> Section:
             Measure(f"{name}_rmse_lowpass", "low-pass", DEG_PER_RAD),
             *more,
         ),
-        "Which filter follows the turns best?",
+        "Which filter follows rotations best?",
     )
 
 
@@ -119,7 +119,7 @@ _SECTIONS: Final[Mapping[Kind, tuple[Section, ...]]] = {
                 Measure("nis", "NIS", ideal=1.0),
                 Measure("reduction", "deviation"),
             ),
-            "Which filter knows the bias best at rest?",
+            "Which filter estimates the bias best at rest?",
         ),
     ),
     "turning": (
@@ -141,7 +141,7 @@ _SECTIONS: Final[Mapping[Kind, tuple[Section, ...]]] = {
                 Measure("inclination", "inclination", DEG_PER_RAD),
                 Measure("time", "ns", NS_PER_S),
             ),
-            "Which filter knows best how it lies (nine axes)?",
+            "Which filter estimates attitude best (nine axes)?",
         ),
         Section(
             "Attitude in motion, six axes",
@@ -150,47 +150,48 @@ _SECTIONS: Final[Mapping[Kind, tuple[Section, ...]]] = {
                 Measure("inclination_6", "inclination", DEG_PER_RAD),
                 Measure("time_6", "ns", NS_PER_S),
             ),
-            "Which filter knows best how it lies (six axes)?",
+            "Which filter estimates attitude best (six axes)?",
         ),
     ),
 }
 """The tables of each kind in their order; a deviation at rest comes last, for it says least."""
 
-_DAGGER_NOTE: Final = "†: chosen with knowledge of the record, which no filter has"
-_DOUBLE_DAGGER_NOTE: Final = "‡: uses samples that come later, which no filter does"
+_DAGGER_NOTE: Final = "†: chosen with knowledge of the whole record, which no filter has"
+_DOUBLE_DAGGER_NOTE: Final = "‡: uses later samples, which no live filter can"
 _ACAUSAL_NOTE: Final = (
-    "given the first half of a record alone, it returned other values for that half than with the "
-    "rest after it"
+    "on the first half of a record alone it returned other values than on the whole record"
 )
 _CONTAMINATION_NOTE: Final = (
-    "fed with the contaminated record and scored on the clean one; /clean: error over that of the "
-    "same method fed with the clean record"
+    "run on the contaminated record, scored on the clean one; /clean: error divided by that of "
+    "the same method run on the clean record"
 )
 
 _NIS_NOTE: Final = (
-    "NIS: normalised innovation squared, the mean square of the prediction errors over the "
-    "variance that the filter gave them. 1: it knows its errors; below 1 it expects larger ones"
+    "NIS: normalised innovation squared, the mean of squared prediction errors over their "
+    "predicted variance; 1: the variance is right; below 1: too large"
 )
 _LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
     "rest": (
-        "10 s/best, 60 s/best: error of the angle after the estimate was held for so long as the "
-        "bias, over that of the best moving average; 1 is as good as that average",
-        "Allan: Allan deviation of the estimate over that of the samples, at ten times the memory "
-        "of the filter; far below 1 the filter hides noise that the sensor has",
-        "deviation: standard deviation of the estimate over that of the samples; any low-pass "
-        "filter makes it small, so it says least",
+        "10 s/best, 60 s/best: angle error after the bias estimate is held for this time, over "
+        "that of the best moving average; 1: as good as this average",
+        "Allan: Allan deviation of the estimate over that of the samples, at ten time constants "
+        "of the filter; far below 1: the filter hides noise of the sensor",
+        "deviation: standard deviation of the estimate over that of the samples; least "
+        "informative, since any low-pass filter makes it small",
     ),
     "turning": (
         "error: RMS difference from the reference, and the same without delay; low-pass: error of "
-        "the one-pole low-pass filter that is as late; angle: largest error of the integrated rate",
+        "a one-pole low-pass filter with the same delay; angle: largest error of the integrated "
+        "rate",
     ),
     "orientation": (
-        "mean angle between gyro and reference after so many seconds of integration; first rest: "
-        "the mean of the first ten seconds is the bias",
+        "mean angle between gyro and reference after this time of integration; first rest: the "
+        "bias is the mean of the first ten seconds",
     ),
     "attitude": (
-        "RMS angles between filter and reference while that turns; nine axes: with magnetometer; "
-        "six axes: without, so heading is drift since the motion began; ns: what a sample took",
+        "RMS angles between filter and reference while the reference rotates; nine axes: with "
+        "magnetometer; six axes: without, so heading is the drift since motion began; ns: time "
+        "per sample",
     ),
 }
 """The meanings of the columns."""

@@ -82,7 +82,7 @@ def _format_spread(values: np.ndarray) -> tuple[str, str, str]:
 
 def plot_noise_model(model: NoiseModel) -> Figure:
     """Return the Allan deviation that a model expects, and that of each of its terms."""
-    figure, axes = _make_panel("Which Allan deviation does the model expect?")
+    figure, axes = _make_panel("Which Allan deviation does the model predict?")
     taus = np.logspace(-3.0, 5.0, 161)
     axes.loglog(taus, model.allan_deviation(taus), color=BLACK, lw=1.2, label="all terms")
     for (name, part), (colour, way) in zip(_split_terms(model), _CURVE_STYLES * 2, strict=False):
@@ -111,7 +111,7 @@ def plot_arma_model(model: ArmaModel) -> Figure:
     figure, axes = _make_panel(f"Which spectrum does {arma_name(model)} expect?")
     frequencies = np.logspace(-5.0, np.log10(0.5), 400)
     axes.loglog(frequencies, model.spectrum(frequencies, 1.0), color=BLUE, lw=1.0)
-    axes.set_xlabel("frequency over the rate of the samples")
+    axes.set_xlabel("frequency over sampling rate")
     axes.set_ylabel("density [unit² of the record times samples]")
     style_panels([axes])
     return figure
@@ -153,7 +153,7 @@ def format_allan_covariance(result: AllanCovariance) -> str:
         for tau, row, of_pairs in zip(result.tau, deviations, pairs, strict=True)
     )
     unit = si_unit(result.unit)[1] if result.unit == "unit" else result.unit
-    title = f"Allan deviation of gyros side by side, {unit}"
+    title = f"Allan deviation of several gyros, {unit}"
     head = ("tau, s", *result.names, "correlation")
     return _append_notes(as_text(Table(title, head, rows, words=0)), result.notes)
 

@@ -76,9 +76,9 @@ def plot_dynamic(result: DynamicAllan) -> Figure:
 
 def _caption(result: DynamicAllan) -> str:
     """Return the length of a window, and the reasons for grey."""
-    reasons = ["no window is centred there"]
+    reasons = ["no window centred there"]
     if not np.all(result.deviation > 0.0):
-        reasons.append("no deviation, for gaps or constant samples")
+        reasons.append("no deviation because of gaps or constant samples")
     return f"Window of {result.window:g} s. Grey: {', or '.join(reasons)}."
 
 

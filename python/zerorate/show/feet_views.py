@@ -43,7 +43,7 @@ def format_feet(feet: Feet) -> str:
         )
         for name, asymmetry in feet.asymmetry().items()
     )
-    note = "Asymmetry: left less right, over the mean of both."
+    note = "Asymmetry: left minus right, over the mean of both."
     head = ("", "left", "right", "asymmetry, % ± σ")
     return "\n\n".join((summary, as_text(Table("Strides, means", head, rows, note=note))))
 

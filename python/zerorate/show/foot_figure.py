@@ -39,7 +39,7 @@ def plot_foot(track: FootTrack) -> Figure:
     The path with its stances and an ellipse of two standard deviations at the end; over time the
     speed bound and the height.
     """
-    caption = "Dots: stances. Ellipse and band: ± 2σ. Speed bound: its valleys are the stances."
+    caption = "Dots: stances. Ellipse and band: ± 2σ. Stances are minima of the speed bound."
     heights = [_PATH, _PANEL, _PANEL]
     stack = Stack("Where did it walk?", _describe_end(track), caption, heights, _UNDER_PATH)
     _draw_path(stack.add(), track)

@@ -52,8 +52,8 @@ _BETWEEN: Final = 3.0 * _AXIS_HEIGHT_MM
 _SIGNIFICANCE: Final = 0.05
 _QUESTION: Final = "Which model describes the drift?"
 _SHORT_CAPTION: Final = (
-    "Grey: 95 % bounds of white noise; criteria within the margin of the least. Hollow: the least; "
-    "filled: the clear choice."
+    "Grey: 95 % bounds of white noise, and criteria within the margin of the minimum. Hollow: "
+    "minimum; filled: clear choice."
 )
 
 
@@ -121,7 +121,7 @@ def _add_panel(
 def _describe_model(identification: Identification) -> str:
     """Return the model, and True if it leaves white residuals."""
     p = identification.whiteness.ljung_box.p_value
-    verdict = "what it leaves may be white" if p > _SIGNIFICANCE else "what it leaves is not white"
+    verdict = "its residuals may be white" if p > _SIGNIFICANCE else "its residuals are not white"
     name = model_name(identification.model.order)
     return f"{name[0].upper()}{name[1:]}; {verdict} (Ljung-Box, p {_format_p(p)})."
 
@@ -173,8 +173,7 @@ def _make_caption(identification: Identification) -> str:
     return (
         f"{record.sample_count:,} samples at {shorten(record.rate, 4)} Hz. Grey bands: 95 % "
         "bounds of "
-        f"white noise; criteria within {margin:g} of the least. Hollow: the least of a criterion; "
-        "filled: the clear choice. Coloured bands, bottom right: the offline values ± one standard "
-        "error; what is learned online, in one pass, comes near them with time, and need not have "
-        "reached them."
+        f"white noise; criteria within {margin:g} of the least. Hollow: minimum of a criterion; "
+        f"filled: clear choice. Coloured bands, bottom right: offline values ± one standard "
+        f"error; online estimates, from one pass, approach them with time."
     )

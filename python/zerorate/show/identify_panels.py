@@ -85,7 +85,7 @@ def draw_spectrum(axes: Axes, identification: Identification) -> None:
     except ValueError:
         # Of a sensor that stuck, for instance: other stretches may be as they should.
         axes.tick_params(left=False, labelleft=False, bottom=False, labelbottom=False)
-        write_in_middle(axes, "the longest stretch is constant or short")
+        write_in_middle(axes, "the longest stretch is constant or too short")
         return
     centres, density = _one_sided_density(measured, rate)
     axes.plot(centres, density, color=SKY, lw=0.7, label="record")

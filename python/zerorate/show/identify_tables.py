@@ -18,7 +18,7 @@ from zerorate.texts import width
 Row = tuple[str, ...]
 
 _MARKS_NOTE: Final = (
-    "* the least; < the clear choice, with the fewest coefficients within {:g} of it."
+    "*: minimum; <: clear choice, the fewest coefficients within {:g} of the minimum."
 )
 
 
@@ -144,8 +144,8 @@ def _order_mark(orders: OrderSelection, order: tuple[int, int]) -> str:
 
 
 _ONLINE_NOTE: Final = (
-    "online: learned in one pass, as the filters of Fu & Han do; apart [s.e.]: how far from "
-    "the model, in standard errors of the model: large where one pass has not settled"
+    "online: learned in one pass, as in the filters of Fu & Han; apart [s.e.]: distance from the "
+    "model in its standard errors, large if one pass has not converged"
 )
 
 

@@ -77,9 +77,9 @@ def plot_comparison(result: CalibrationComparison) -> Figure:
     comparable = [p for p in result.parameters if not math.isnan(p.z)]
     farthest = sorted(comparable, key=lambda p: -abs(p.z))[:_MAX_PARAMETERS]
     rows = tuple(_Row(p.name, p.z, 0.0, p.moved) for p in farthest)
-    group = _Group("second less first [standard errors]", rows, (-3.0, 0.0, 3.0))
+    group = _Group("second minus first [standard errors]", rows, (-3.0, 0.0, 3.0))
     return _draw_figure(
-        "What moved between two calibrations?", (group,), "Beyond ± 3 a parameter has moved."
+        "What changed between two calibrations?", (group,), "Beyond ± 3 a parameter has changed."
     )
 
 
@@ -114,7 +114,7 @@ def plot_rotations(result: Rotations) -> Figure:
         _Group(
             "angle to the first [deg]", tuple(_Row(n, a, _finite_or_zero(e)) for n, a, e in angles)
         ),
-        _Group("rate that is left [%]", tuple(_Row(n, r) for n, r in residuals)),
+        _Group("residual rate [%]", tuple(_Row(n, r) for n, r in residuals)),
     )
     return _draw_figure(f"How are the gyros turned against {result.labels[0]}?", groups)
 
@@ -126,7 +126,7 @@ def plot_virtual_gyro(result: VirtualGyro) -> Figure:
     gain = _Row("gain", result.gain, _finite_or_zero(result.gain_error))
     groups = (
         _Group("weight; line: plain mean", rows, (plain_weight,)),
-        _Group("deviation of the plain mean over this one's", (gain,), (1.0,)),
+        _Group("deviation of the plain mean over that of these weights", (gain,), (1.0,)),
     )
     return _draw_figure(
         f"How much does each of {len(result.weights)} gyros count, for {result.horizon:g} s?",

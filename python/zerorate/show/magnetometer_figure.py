@@ -39,11 +39,11 @@ def plot_magnetometer(result: MagnetometerCalibration) -> Figure:
     answer = f"As it was {means[0]} deg"
     answer += f", corrected {means[1]} deg" if result.applied else "; nothing is corrected"
     stack = Stack(
-        "How far is a heading off?",
+        "How large is the heading error?",
         answer if is_known else "Not identifiable: field or dip are not known.",
-        "Expected root mean square: by the iron, and by its uncertainty."
+        "Expected RMS: from the iron, and from its uncertainty."
         + (
-            " Below: what hard and soft iron leave; grey where none explains it."
+            " Below: field error after the correction; grey: no iron explains it."
             if has_residual
             else ""
         ),
@@ -71,7 +71,7 @@ def plot_magnetometer(result: MagnetometerCalibration) -> Figure:
 
 def _draw_disturbances(stack: Stack, result: MagnetometerCalibration) -> None:
     panel = stack.add()
-    write_head(panel, f"left of the field [{result.unit}]")
+    write_head(panel, f"field error [{result.unit}]")
     begin = result.spans[0].start
     seconds = begin + 0.5 + np.arange(len(result.residual))
     for span in result.spans:

@@ -28,7 +28,7 @@ def _format_numbers(calibration: MagnetometerCalibration) -> Iterator[str]:
     unit = calibration.unit
     yield f"applied      {'nothing' if calibration.model == 'none' else calibration.model}"
     if len(calibration.groups) > 1:
-        yield "             hard iron below: of the spans of that which lasts longest"
+        yield "             hard iron below: of the longest spans"
     for axis, coefficient in zip("xyz", calibration.hard_iron, strict=True):
         yield f"hard iron {axis}  {_format_coefficient(coefficient, unit)}"
     if calibration.model.startswith("b+"):
@@ -52,10 +52,10 @@ def _format_numbers(calibration: MagnetometerCalibration) -> Iterator[str]:
             / _RAD_PER_DEG
             for raw in (True, False)
         )
-        heading_text = f"{format_significant(before)} deg as it was"
+        heading_text = f"{format_significant(before)} deg uncorrected"
         if calibration.applied:
-            heading_text += f", {format_significant(after)} deg with the correction"
-        yield f"heading      expect it off by {heading_text}"
+            heading_text += f", {format_significant(after)} deg corrected"
+        yield f"heading      expected error {heading_text}"
 
 
 def _format_spans(calibration: MagnetometerCalibration) -> Iterator[str]:

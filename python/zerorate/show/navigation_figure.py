@@ -65,7 +65,7 @@ _MAX_NAMES_IN_ROW: Final = 4
 """Curves whose names stand in a line."""
 _FIX, _STROKE = 2.0, 0.8
 
-_QUESTION: Final = "Where was it, and how far is that to be trusted?"
+_QUESTION: Final = "Where was it, and how certain is that?"
 _MAX_POINTS: Final = 4000
 """Of a path: more than there are pixels."""
 
@@ -147,16 +147,16 @@ def plot_track(
 def plot_outages(
     outages: Outages, others: Mapping[str, Outages] | None = None, seconds: float | None = None
 ) -> Figure:
-    """Return the figure of how errors grow in outages, 180 mm wide.
+    """Return a figure of the growth of errors in outages, 180 mm wide.
 
-    Over the time since the last fix, the root mean square over all outages: position held, velocity
-    held, the filter, and its smoother if there is one; on the left, the same of each outage of the
-    filter.
+    Both panels are over the time since the last fix. Below: the error of the filter in each outage.
+    Above: the RMS over all outages of a held position, a held velocity, the filter, and its
+    smoother if there is one.
 
-    `others`: other filters by name, on the same fixes; each is shown with the first. `seconds`:
-    which length; by default the longest.
+    `others`: further filters by name, on the same fixes. `seconds`: the length of outage; by
+    default the longest.
 
-    KeyError if there is no such length.
+    Raises KeyError if there is no such length.
     """
     length = (
         max(length_errors.seconds for length_errors in outages.lengths)
@@ -166,8 +166,8 @@ def plot_outages(
     outage = outages[length]
     question = f"How far off after {length:g} s without fixes?"
     caption = (
-        f"{outage.n} outage{'s' if outage.n > 1 else ''}; horizontal errors against the fixes that "
-        "were withheld, whose own errors are the floor. The filter's at the end are "
+        f"{outage.n} outage{'s' if outage.n > 1 else ''}; horizontal differences from the "
+        f"withheld fixes, whose own errors are included. The filter's at the end are "
         f"{shorten(outage.error_over_sigma())} times their standard deviation (1 is right)."
     )
     answer = ", ".join(f"{name} {shorten(outage.rms(name), 3)} m" for name in outage.errors)
@@ -205,7 +205,7 @@ def _describe_end(track: Track) -> str:
     """Return the standard deviation at the end of the track."""
     navigating = np.flatnonzero(track.navigating)
     if not navigating.size:
-        return "Unknown: the filter did not begin."
+        return "Unknown: the filter did not start."
     sigma = BAND_SIGMAS * track.sigma[navigating[-1]]
     return (
         f"At the end within {shorten(np.hypot(*sigma[:2]))} m, "
@@ -219,19 +219,18 @@ def _make_caption(track: Track, longest: OutageErrors | None, nis: bool) -> str:
     if track.usable.size and not track.usable[track.navigating].all():
         caption += " Bars at the foot of a panel: that output is not usable."
     if track.smoothed:
-        caption = f"Smoothed: each moment in the light of all fixes. {caption}"
+        caption = f"Smoothed: each position from all fixes. {caption}"
     if nis:
         caption += (
-            f" NIS: normalised innovation squared of a fix, {_EXPECTED_NIS:g} on average "
-            "(line) if all "
-            "deviations are right."
+            f" NIS: normalised innovation squared of a fix, {_EXPECTED_NIS:g} on average (line) "
+            f"if all standard deviations are right."
         )
     if longest is not None:
         caption += (
-            f" Grey: outages of {longest.seconds:g} s, run apart; their paths begin at the last "
-            f"fix and end, with an ellipse, at the last one withheld. The error there is "
+            f" Grey: outages of {longest.seconds:g} s, each run separately; paths begin at the "
+            f"last fix and end, with an ellipse, at the last withheld fix. The error there is "
             f"{shorten(longest.error_over_sigma())} times its standard deviation (1 is right), and "
-            f"{longest.share_inside():.0%} of the ellipses hold the truth."
+            f"{longest.share_inside():.0%} of the ellipses contain the truth."
         )
     return caption
 
@@ -241,7 +240,7 @@ def _draw_path(axes: Axes, track: Track, longest: OutageErrors | None) -> None:
     write_head(axes, "north [m]")
     navigating = np.flatnonzero(track.navigating)
     if not navigating.size:
-        write_in_middle(axes, "the filter did not begin")
+        write_in_middle(axes, "the filter did not start")
         return
     origin = track.position[navigating[0]]
     track_ned = local_ned(track.position, origin)

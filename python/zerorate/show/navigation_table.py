@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from zerorate.types import Floats
 
 _OVER_SIGMA: Final = (
-    "over σ: RMS of the error over its standard deviation, the fix's included; 1 if that is right."
+    "over σ: RMS of the error over its standard deviation, including that of the fix; 1 is right."
 )
 _NO_HEADING_TEXT: Final = {True: "from the course", False: "no heading"}
 _ROW_NAMES: Final = {"smoothed": "smoothed, largest inside"}
@@ -77,12 +77,12 @@ def format_outages(outages: Outages) -> str:
 def format_errors(errors: TrackErrors, steps: TrackErrors | None, fitted: str) -> str:
     """Return the errors of a track against the true one.
 
-    `found, steps`: of `zerorate.metrics.ate` and, over a second, of `rpe`; None without
-    orientations. `fitted`: how the track was moved to fit best.
+    `found, steps`: results of `zerorate.metrics.ate`, and of `rpe` over a second; None without
+    orientations. `fitted`: rotation and shift of the best fit, in words.
     """
-    listed = [("place, m (ATE)", errors.metres), ("orientation, deg", errors.degrees)]
+    listed = [("position, m (ATE)", errors.metres), ("orientation, deg", errors.degrees)]
     if steps is not None:
-        listed += [("step of 1 s, m (RPE)", steps.metres), ("its turn, deg", steps.degrees)]
+        listed += [("step of 1 s, m (RPE)", steps.metres), ("its rotation, deg", steps.degrees)]
     rows = tuple(
         (
             name,
@@ -187,8 +187,8 @@ def _make_fixes_table(track: Track, nis: Floats | None) -> Table:
                 rows.append((f"NIS of {name}, mean", f"{values[finite].mean():.2f}"))
                 rows.append((f"NIS of {name}, median", f"{np.median(values[finite]):.2f}"))
         note = (
-            "NIS: normalised innovation squared, with the rejected; mean 3 and median 2.4 if "
-            "deviations are right."
+            "NIS: normalised innovation squared, rejected fixes included; mean 3 and median 2.4 "
+            "if the standard deviations are right."
         )
     return Table("Fixes", (), tuple(rows), note=note)
 

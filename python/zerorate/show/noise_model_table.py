@@ -23,7 +23,7 @@ def format_noise_model(model: NoiseModel) -> str:
     if unknown:
         lines.append(f"unknown: {', '.join(unknown)}")
     if model.quantity == "unknown":
-        lines.append('"unit" is the unit of the samples, which is not known')
+        lines.append('"unit" is the unknown unit of the samples')
     return "\n".join(lines)
 
 

@@ -1,4 +1,4 @@
-"""Deviations of several logs over each other: a panel an axis, a colour a log; and their table."""
+"""Deviations of several logs in one figure and one table."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def plot_overlay(logs: Logs) -> Figure:
         if i == 0:
             _write_names(figure, panels[0])
     write_title(figure, "How noisy is each log, by averaging time?")
-    write_caption(figure, "Bands: 68 % of what the true deviation may be.")
+    write_caption(figure, "Bands: 68 % intervals of the true deviation.")
     return figure
 
 
@@ -157,7 +157,7 @@ def _write_names(figure: Figure, panel: Axes) -> None:
 
 
 def format_overlay(logs: Logs) -> str:
-    """Return a table a sensor: white noise, bias instability and walk of each log and axis."""
+    """Return one table per sensor: white noise, bias instability and walk of each log and axis."""
     return "\n\n".join(as_text(table) for table in _make_tables(logs))
 
 
@@ -176,7 +176,7 @@ def _make_tables(logs: Logs) -> Iterator[Table]:
             head = ("log", "axis", *(f"{n}, {t.shown}" for n, t in zip("NBK", terms, strict=True)))
             note = "; ".join(f"{n}: {t.name}" for n, t in zip("NBK", terms, strict=True))
             has_bounds = any("<" in cell for row in rows for cell in row)
-            note += '; a "<" is an upper bound at 95 %' if has_bounds else ""
+            note += '; "<" marks an upper bound at 95 %' if has_bounds else ""
             yield Table(sensor or "Noise", head, tuple(rows), words=2, note=note, spare=(4, 3))
 
 

@@ -31,9 +31,9 @@ _WIDE, _TALL = 600.0, 120.0
 _LINE_CLASSES: Final = "xyz"
 """Colours of the sensors of a device, in their order."""
 _ABOUT_TEXT: Final = (
-    "A row a log, what needs a person first. A device is the board whose number the log holds, "
-    "else the folder of the log. Logs of a device are in the order of their dates where all have "
-    "one, else of their names."
+    "One row for each log, the most urgent first. A device is identified by the board number in "
+    "the log, else by the log's folder. Logs of a device are in order of date if all have one, "
+    "else of name."
 )
 
 
@@ -73,7 +73,7 @@ def _summarise_log(outcome: Outcome) -> LogSummary:
         for severity in ("act", "look")
     }
     urgent = [*counts["act"], *counts["look"]]
-    first = str(urgent[0]["text"]) if urgent else "Nothing in this log passes a limit."
+    first = str(urgent[0]["text"]) if urgent else "No number of this log exceeds a limit."
     return LogSummary(
         outcome, len(counts["act"]), len(counts["look"]), render_text(outcome.error or first)
     )

@@ -29,7 +29,7 @@ _COLOURS: Final = (BLUE, VERMILION, ORANGE)
 
 
 def plot_rate_table(table: RateTable) -> Figure:
-    """Plot the residuals of the line of bias and scale, a panel an axis.
+    """Plot the residuals of the line of bias and scale, one panel per axis.
 
     Differences in the unit of the rates: over the scale.
 
@@ -47,7 +47,7 @@ def plot_rate_table(table: RateTable) -> Figure:
     style_panels(panels)
     for panel in panels:
         write_legend(panel, "upper right", 2)
-    write_caption(figure, "Less the line of bias and scale. Bars: ± 2σ.")
+    write_caption(figure, "After subtraction of bias and scale. Bars: ± 2σ.")
     return figure
 
 

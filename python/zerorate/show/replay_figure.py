@@ -209,11 +209,11 @@ def _shade(panel: Axes, replay: Replay, i: int, seconds: float, lost: Booleans) 
 
 
 def _make_caption(replay: Replay, shown: int, lost: Booleans) -> str:
-    sentences = ["Top: the middle 90 % of the samples at a time, and their median."]
+    sentences = ["Top: the middle 90 % of the samples in each column, and their median."]
     sentences.append(
         "Below, orange: the bias ± 2σ."
         if replay.method == "auto"
-        else f"Below, orange: the output of {replay.method}, drawn alike."
+        else f"Below, orange: the output of {replay.method}, drawn the same way."
     )
     if replay.method == "auto":
         sentences.append(

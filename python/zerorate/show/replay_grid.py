@@ -1,4 +1,4 @@
-"""All panels of a replay, a column an axis: learned parameters, and Allan deviations."""
+"""All panels of a replay, one column per axis: learned parameters, and Allan deviations."""
 
 from __future__ import annotations
 
@@ -63,10 +63,10 @@ _HEIGHT_RATIOS: Final = {
 _GREY_NOTES: Final = {
     "estimate": (
         f"Grey: averaging times below {SMOOTHING_TIME_CONSTANTS:g} filter time constants, where "
-        "the filtered curve shows smoothing, not a better sensor."
+        f"the filtered curve shows smoothing, not a better sensor."
     ),
-    "compensated": "Grey: averaging times above the filter's time constant, where the bias is "
-    "subtracted as it is learned: a lower curve there is no better sensor.",
+    "compensated": "Grey: averaging times above the filter's time constant, where the learned bias "
+    "is subtracted: a lower curve there is not a better sensor.",
 }
 
 
@@ -186,8 +186,8 @@ def _describe_shading(replay: Replay) -> str:
         sentences = ["Dotted: end of learning."]
     if has_motion:
         sentences.append(
-            "Grey or hatched over time: motion, or no rest seen yet; Allan deviations are of the "
-            "rest."
+            "Grey or hatched over time: motion, or no rest seen yet. Allan deviations are from "
+            "rest only."
         )
     if lost.any():
         sentences.append("Shaded rose: the sensor was stuck or saturated.")

@@ -23,19 +23,19 @@ from zerorate.tasks.replay.history import last_finite, noise_units
 from zerorate.tasks.replay.result import Replays
 from zerorate.texts import width
 
-_TITLE: Final = "Bias as each method estimates it; 'raw' is what they are given"
+_TITLE: Final = "Bias as each method estimates it; 'raw': the samples"
 Row = tuple[str, ...]
 
 _OTHER_TIME: Final = "other, s"
 """Head of the seconds that are not of rest."""
 _SIGMA_NOTE: Final = "With ± σ."
 _MEASURES_NOTE: Final = (
-    "Coasting is the angle error after holding an estimate for that long: what a wrong bias costs. "
-    "Any low-pass filter lowers the deviation at rest, and pays with delay when the sensor turns."
+    "Coasting: angle error after an estimate is held for this time. Any low-pass filter lowers "
+    "the deviation at rest, but delays rotations."
 )
 _LEARNED_NOTE: Final = (
     "In motion: includes the wait for the first rest. White noise: angle random walk N. Bias "
-    "drift: rate random walk K. 'Follows a step': the time in which the bias makes 63 % of a small "
+    "drift: rate random walk K. 'Follows a step': time in which the bias follows 63 % of a small "
     "step."
 )
 _ANGLE_UNITS: Final = {"rad/s": ("rad", 1.0), "deg/s": ("deg", 1.0), "deg/h": ("deg", 1.0 / 3600.0)}
@@ -136,9 +136,9 @@ def _column_meanings(heads: Sequence[str], replay: Summary) -> dict[int, str]:
     meanings = {}
     for i, head in enumerate(heads):
         if head.startswith(horizons):
-            meanings[i] = f"{head.partition(',')[0]}: angle that a wrong bias costs, held so long."
+            meanings[i] = f"{head.partition(',')[0]}: angle error if the bias is held so long."
         elif head == _OTHER_TIME:
-            meanings[i] = "Other: in motion, or not yet seen to rest."
+            meanings[i] = "Other: in motion, or before the first rest."
         elif head.startswith(("N, ", "K, ")):
             meanings[i] = "N: white noise." if head.startswith("N") else "K: walk of the bias."
     return meanings

@@ -45,9 +45,9 @@ def log_figures(reports: Sequence[tuple[str, Report]], seconds: float) -> Iterat
     buttons = (f'<button type="button" data-step="{k}">{v}</button>' for k, v in steps.items())
     yield '<section id="figures">\n<h2>Figures</h2>'
     yield (
-        '<p class="about">Time [s] since the log began, one axis for all; sensors of one quantity '
-        "share a scale. Grey: static intervals. Coloured: when a finding is seen, unless that is "
-        "nearly all the time.</p>"
+        '<p class="about">Time [s] since the start of the log, the same for all figures. Sensors '
+        "of one quantity share a scale. Grey: static intervals. Coloured: times of a finding, "
+        "unless these are nearly all the time.</p>"
     )
     yield f'<div class="bar" hidden role="group" aria-label="Time axis">{"".join(buttons)}</div>'
     yield '<div class="sides">'

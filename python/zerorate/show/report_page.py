@@ -52,7 +52,7 @@ _SHORT_TEXT: Final = 90
 _COLOURS: Final = {"act": VERMILION, "look": ORANGE, "good": GREEN}
 _ABOUT_TEXT: Final = (
     "Findings state what was measured, not its cause. Limits and their sources are at the end. "
-    "Not looked at: vibration that is too fast for the log."
+    "Not checked: vibration too fast for the log."
 )
 
 
@@ -120,7 +120,7 @@ def plot_report(report: Report) -> Figure:
         range(len(findings)),
         [f"{finding.severity}: {finding.kind}" for finding in reversed(findings)],
     )
-    write_title(figure, "When is it seen?")
+    write_title(figure, "When are findings seen?")
     return figure
 
 
@@ -134,7 +134,7 @@ def _make_body(report: Report) -> Iterator[str]:
     yield f'<p class="summary">{escape(report.summary)}</p>'
     yield f'<p class="about">{escape(_ABOUT_TEXT)} zerorate {__version__}.</p>'
     if report.urgent_findings:
-        yield f'<h2 id="first">What to see first</h2>\n{_list_first(report)}'
+        yield f'<h2 id="first">Most important findings</h2>\n{_list_first(report)}'
     sections = {finding.section: None for finding in report.findings}
     links = (f'<a href="#{_section_anchor(name)}">{escape(name)}</a>' for name in sections)
     yield f'<nav aria-label="Sections">{"".join(links)}<a href="#figures">Figures</a></nav>'

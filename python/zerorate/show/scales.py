@@ -110,7 +110,7 @@ def share_limits(row: Iterable["Axes"]) -> None:
 
 
 def share_heights(row: Panels) -> None:
-    """Give panels the same limits, from all of their lines but for the first jumps."""
+    """Give panels the same limits, from their lines without initial jumps."""
     start = 2.0 * row[0].get_xlim()[0]
     shown = [
         np.where(line.get_xdata() > start, line.get_ydata(), np.nan)

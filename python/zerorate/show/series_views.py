@@ -1,4 +1,4 @@
-"""Results that are series over a record: a panel a quantity, and a table of their sizes."""
+"""Results that are series over a record: one panel per quantity, and a table of their sizes."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def plot_integrated(result: Integrated) -> Figure:
     else:
         panels = [_Panel("angle [deg]", angle)]
         panels += [] if sigma is None else [_Panel("σ of the angle [deg]", sigma, tuple("xyz"))]
-    return _draw_figure("How far did it turn?", panels, result.rate)
+    return _draw_figure("How far did it rotate?", panels, result.rate)
 
 
 def format_integrated(result: Integrated) -> str:
@@ -81,7 +81,7 @@ def format_integrated(result: Integrated) -> str:
 
 
 def plot_corrected(result: Corrected) -> Figure:
-    """Return the corrected gyro and accelerometer on the clock of the first, a curve an axis."""
+    """Return a figure of the corrected gyro and accelerometer, on the gyro's clock."""
     logs = [log for name, log in result.recording.items() if name.startswith(("gyro", "accel"))]
     same_clock = [log for log in logs if (log.n, log.rate) == (logs[0].n, logs[0].rate)]
     panels = [_Panel(f"{log.names[0]} .. [{log.unit}]", log.data, log.names) for log in same_clock]
@@ -92,7 +92,7 @@ def plot_denoised(result: Denoised) -> Figure:
     """Return the record that is left, a curve a column, over its samples."""
     values = result.signal.reshape(len(result.signal), -1)
     panels = [_Panel("signal", values, _number_names("column", values.shape[1]))]
-    return _draw_figure("What is left without noise?", panels, None)
+    return _draw_figure("What remains without noise?", panels, None)
 
 
 def format_denoised(result: Denoised) -> str:
@@ -120,7 +120,7 @@ def plot_linear(result: LinearRun) -> Figure:
 def plot_smoothed(result: SmoothedRun) -> Figure:
     """Return each state of the smoother with two standard deviations."""
     panels = _make_state_panels(result.state, _standard_deviations(result.covariance))
-    return _draw_figure("What do later samples say as well?", panels, None)
+    return _draw_figure("What do later samples add?", panels, None)
 
 
 def format_linear(result: LinearRun) -> str:
@@ -186,7 +186,7 @@ def plot_fused(result: FusedAccelerometers) -> Figure:
         _Panel(f"acceleration [{result.unit}]", result.accel, tuple("xyz")),
         _Panel("weights", result.weights, _number_names("sensor", result.weights.shape[1])),
     ]
-    return _draw_figure("What do the accelerometers show as one?", panels, None)
+    return _draw_figure("What do the fused accelerometers show?", panels, None)
 
 
 def format_fused(result: FusedAccelerometers) -> str:
@@ -208,11 +208,11 @@ def format_fused(result: FusedAccelerometers) -> str:
         )
     )
     head = ("", "weight", "left out, %", f"difference, {result.unit}")
-    return as_text(Table("Accelerometers as one", head, rows))
+    return as_text(Table("Fused accelerometers", head, rows))
 
 
 def _make_state_panels(state: Floats, sigma: Floats | None) -> list[_Panel]:
-    """Return a panel a state, a curve a channel."""
+    """Return one panel per state, one curve per channel."""
     values = state.reshape(len(state), -1, state.shape[-1])
     names = _number_names("channel", values.shape[1])
     spread = None if sigma is None else sigma.reshape(values.shape)

@@ -159,6 +159,6 @@ def _make_caption(model: TemperatureModel) -> str:
     parts = []
     if model.blocks is not None:
         parts.append(f"Means of {shorten(model.blocks.length, 3)} s at rest")
-    parts.append("curve, at the level of the end, with two standard errors")
+    parts.append("curve at the final level, with two standard errors")
     parts.append("grey: beyond the record, along the tangent")
     return "; ".join(parts).capitalize() + "."

@@ -11,18 +11,18 @@ if TYPE_CHECKING:
     from zerorate.calibration.temperature import TemperatureModel
     from zerorate.noise.coefficient import Coefficient
 
-_BOUND_NOTE: Final = 'A "<" is an upper bound at 95 %: the record does not determine the slope.'
+_BOUND_NOTE: Final = 'A "<" marks an upper bound at 95 %: the record does not determine the slope.'
 
 
 def format_temperature(model: TemperatureModel) -> str:
-    """Return a table with a row an axis, and the notes under it."""
+    """Return a table with one row per axis, and the notes under it."""
     low, high = model.range
     head = (
         f"bias [{model.unit}]",
         "degree",
         f"at {model.reference:.1f} degC",
         "per K",
-        "warming less cooling",
+        "warming minus cooling",
     )
     rows = tuple(_make_row(model, i) for i in range(model.axes))
     title = f"Bias from {low:.1f} to {high:.1f} degC"

@@ -279,7 +279,7 @@ def _sample_count(rate: float, duration: float) -> int:
 def _draw_times(
     n: int, rate: float, wander: float, random: np.random.Generator
 ) -> tuple[Floats, float | Floats]:
-    """Return times of samples, and samples a second, or those from each to the next, (n - 1, 1)."""
+    """Return times of samples, and their rate: one, or that of each interval, (n - 1, 1)."""
     if not 0.0 <= wander <= 0.2:
         raise ArgumentError("wander", f"must be from 0 to 0.2, got {wander}")
     even = np.arange(n) / rate

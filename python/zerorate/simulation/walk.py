@@ -95,7 +95,7 @@ def simulate_walk(
     Parameters
     ----------
     rate : float
-        Samples a second.
+        Samples per second.
     strides : int
         Number of strides.
     seed : int

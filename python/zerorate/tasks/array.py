@@ -383,7 +383,7 @@ def _run(
     options: Mapping[str, Any],
 ) -> ArrayReplay:
     if not np.isfinite(log.data).any():
-        raise LogError("no sensor holds a sample: all are missing")
+        raise LogError("no sensor has a sample: all are missing")
     array_options = add_rest_limits(options, ["auto"], log.unit)
     matrices = None if rotations is None else np.asarray(rotations, dtype=np.float64)
     array = GyroArray(
@@ -560,7 +560,7 @@ def notes_on(replay: ArrayReplay) -> Iterator[str]:
     yield from notes_of(replay.to_log(), evenly_spaced=True)
     yield from replay.remarks
     if replay.rotations is None and len(log.axes) == 3 and log.sensors > 1:
-        yield "all sensors are taken as aligned, for no rotations were given"
+        yield "without rotations all sensors are assumed to be aligned"
     for k, label in enumerate(log.labels):
         spans = replay.excluded_spans(k)
         if spans:
@@ -569,10 +569,7 @@ def notes_on(replay: ArrayReplay) -> Iterator[str]:
             yield f"{label} is {replay.health[k]} at the end"
     if replay.disputed.any():
         seconds = replay.disputed.sum() / log.rate
-        yield (
-            f"for {shorten(seconds, 4)} s sensors disagreed and nobody knew which was wrong: all "
-            "were used"
-        )
+        yield (f"for {shorten(seconds, 4)} s sensors disagreed without a majority: all were used")
     lost = ~np.isfinite(replay.rate.reshape(log.n, -1)).all(axis=1)
     if lost.any():
         yield f"no sensor was left in {int(lost.sum())} of {log.n} samples: the rate is NaN there"

@@ -73,7 +73,7 @@ def calibrate(
     progress: Progress | None = None,
     **reading: Unpack[ReadingArguments],
 ) -> Calibration:
-    """Calibrate a gyroscope and an accelerometer by poses at rest and turns by hand between them.
+    """Calibrate a gyroscope and an accelerometer from poses at rest and rotations by hand.
 
     The recording is checked first. ``zerorate calibrate`` does the same.
 
@@ -475,7 +475,7 @@ def unusable(found: MagnetometerCalibration) -> Sequence[str]:
     if found.problems:
         return found.problems[:1]
     if not found.applied and not any(one.identifiable for one in found.hard_iron):
-        advice = "; ".join(found.advice) or "turn the sensor about two axes that differ"
+        advice = "; ".join(found.advice) or "rotate the sensor about two different axes"
         return (f"the log does not show the hard iron: {advice}",)
     return ()
 

@@ -392,7 +392,7 @@ def _estimator_text(
 ) -> str:
     gyro, accelerometer = (_worst_model(sensors, kind) for kind in ("angular rate", "acceleration"))
     if gyro is None:
-        raise ValueError("it needs a model of a gyro, and this log gives none")
+        raise ValueError("it needs a model of a gyro, which this log does not give")
     rate = sensors[0].curve.rate
     common: dict[str, Any] = {"accelerometer": accelerometer, **options}
     if export == "kalibr":
@@ -429,7 +429,7 @@ def files_of(result: Characterised, **exports: Any) -> Files:  # noqa: ANN401
 
 
 def files_with(found: Characterised, exports: Mapping[str, str]) -> Files:
-    """Return the files of a characterisation, with these texts of exports by their names."""
+    """Return the files of a characterisation; `exports` maps further names to texts."""
     curves = [one.curve for one in found.sensors]
     writers: list[Writer] = [lambda path: write_curves(curves, path)]
     writers += map(text_writer, exports.values())

@@ -54,7 +54,7 @@ def check(
     >>> recording = zr.simulate_motion("hand", duration=60.0).recording()
     >>> wrong = zr.Log(**{**vars(recording.gyro), "data": recording.gyro.data * [1, -1, 1]})
     >>> print(zr.check(zr.Recording({**recording, "gyro": wrong})).gyro.text)
-    the gyro's y axis has the sign other than the accelerometer's
+    the gyro's y axis has the opposite sign to the accelerometer's
     """
     recording = one_imu_of(source, reading, gyro, accel)
     with name_source_in_errors(recording.source):

@@ -40,7 +40,7 @@ class Identified(Result):
     source : str
         Name of the log.
     notes : tuple of str
-        Sentences on the log, and on axes that were left out.
+        Sentences on the log and on excluded axes.
     alarms : tuple of str
         Contradictions in the log, one sentence each.
 

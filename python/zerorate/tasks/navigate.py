@@ -490,7 +490,7 @@ class _Run:
         keep: Literal["all", "track"] = "all" if self.smooth else "track"
         track = nav.copy().process(beginning.recording, self.fixes, keep=keep, **inputs)
         if not track.navigating.any():
-            raise LogError(make_sentence("the filter did not begin: ", explain_no_start(track)))
+            raise LogError(make_sentence("the filter did not start: ", explain_no_start(track)))
         nis = track.nis()
         progress("outages", 0.3)
         known = {"rest": None, **inputs}

@@ -315,7 +315,7 @@ class Outputs:
                         drawn.push(one.pop_all())
                 except (ImportError, FileExistsError):
                     raise
-                except Exception as error:  # whatever it lacks, the data are there
+                except Exception as error:  # a missing figure must not cost the data
                     faults.append(FigureError(path, error))
             progress("writing", 0.9)
             data.result()

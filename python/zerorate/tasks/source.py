@@ -94,7 +94,8 @@ def recording_of(
     if unused:
         raise LogError(
             make_sentence(
-                keyword_argument(unused[0]), " is for what is read: a recording is taken as it is"
+                keyword_argument(unused[0]),
+                " applies to data that are read: a Recording is used unchanged",
             ),
             unused[0],
         )
@@ -194,7 +195,7 @@ def unique_stems(sources: Sequence[str]) -> list[str]:
         for source, stem in zip(sources, stems, strict=True)
     ]
     if len(set(names)) < len(names):
-        raise ValueError("two logs have one name: give each once, or copies of other names")
+        raise ValueError("two logs have the same name: give each log once, or rename one")
     return names
 
 

@@ -17,7 +17,7 @@ const IDENTITY: u8 = 0x47;
 const RESET: u8 = 0x01;
 /// Gyro and accelerometer in their mode of low noise.
 const LOW_NOISE: u8 = 0x0F;
-/// 200 samples a second; with it, 2000 deg/s and 16 g.
+/// 200 samples per second; with it, 2000 deg/s and 16 g.
 const RATE_200: u8 = 0x07;
 
 /// deg/s and g a count.
@@ -54,7 +54,7 @@ pub struct Sample {
     pub temperature: f32,
 }
 
-/// The sensor, at 200 samples a second within 2000 deg/s and 16 g.
+/// The sensor, at 200 samples per second within 2000 deg/s and 16 g.
 #[derive(Debug)]
 pub struct Icm42688<S> {
     spi: S,

@@ -126,7 +126,7 @@ typedef struct zr_drift zr_drift;
 
 // Parameters of a drift filter. Zero is the default of all but the rate.
 typedef struct zr_drift_params {
-    // Samples a second.
+    // Samples per second.
     double rate;
     // A `zr_method`.
     int32_t method;
@@ -165,7 +165,7 @@ typedef struct zr_drift_state {
 
 // Parameters of an attitude. Zero is the default of all but the rate.
 typedef struct zr_attitude_params {
-    // Samples a second, at least one.
+    // Samples per second, at least one.
     double rate;
     // A `zr_frame`.
     int32_t frame;
@@ -258,7 +258,7 @@ enum zr_code zr_drift_update(struct zr_drift *filter, double z, double *rate);
 // bias, however still it stands.
 //
 // # Safety
-// As of `zr_drift_update`.
+// As in `zr_drift_update`.
 enum zr_code zr_drift_update_while(struct zr_drift *filter, double z, bool moving, double *rate);
 
 // Takes `n` samples, with the same bits as one by one. `rate` may be `z`.

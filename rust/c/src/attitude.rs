@@ -31,7 +31,7 @@ pub enum zr_frame {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct zr_attitude_params {
-    /// Samples a second, at least one.
+    /// Samples per second, at least one.
     pub rate: f64,
     /// A `zr_frame`.
     pub frame: i32,

@@ -48,7 +48,7 @@ pub enum zr_motion {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct zr_drift_params {
-    /// Samples a second.
+    /// Samples per second.
     pub rate: f64,
     /// A `zr_method`.
     pub method: i32,
@@ -281,7 +281,7 @@ pub unsafe extern "C" fn zr_drift_update(filter: *mut zr_drift, z: f64, rate: *m
 /// bias, however still it stands.
 ///
 /// # Safety
-/// As of `zr_drift_update`.
+/// As in `zr_drift_update`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn zr_drift_update_while(
     filter: *mut zr_drift,

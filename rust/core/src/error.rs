@@ -1,4 +1,4 @@
-//! Errors of parameters and of checkpoints, and checks of parameters.
+//! Errors of parameters and checkpoints, and checks of parameters.
 
 use core::fmt;
 
@@ -18,7 +18,7 @@ pub enum Error {
         /// The given value.
         value: f64,
     },
-    /// A matrix cannot be one of a filter.
+    /// A matrix is not valid for a filter.
     #[error("{} must be {expected}", Named(name, *step))]
     Matrix {
         /// The parameter's name, as users write it.
@@ -28,10 +28,10 @@ pub enum Error {
         /// The expected values.
         expected: &'static str,
     },
-    /// The bytes are no checkpoint of this library.
+    /// The bytes are not a checkpoint of this library.
     #[error("these bytes are not a zerorate checkpoint: they do not start with its signature")]
     NotACheckpoint,
-    /// The checkpoint was written in a format that this version does not know.
+    /// The checkpoint has a format unknown to this version.
     #[error("checkpoint has layout version {found}, this zerorate reads version {expected}")]
     Layout {
         /// The version in the bytes.
@@ -39,7 +39,7 @@ pub enum Error {
         /// The version that can be read.
         expected: u16,
     },
-    /// The checkpoint ends too early or goes on too long.
+    /// The checkpoint is too short or too long.
     #[error("checkpoint is {found} bytes long, its header says {expected}: truncated or padded")]
     Length {
         /// The length found.
@@ -47,7 +47,7 @@ pub enum Error {
         /// The length announced.
         expected: usize,
     },
-    /// The checksum does not fit the bytes.
+    /// The checksum does not match the bytes.
     #[error("checkpoint is damaged: its checksum does not match its content")]
     Checksum,
     /// The checkpoint belongs to another type, version or order.
@@ -58,7 +58,7 @@ pub enum Error {
         /// Requested label.
         expected: Label,
     },
-    /// The content passed its checksum but is not the state of such a filter.
+    /// The checksum matches, but the content is not a valid state of this type.
     #[error("checkpoint content is not the state of this filter")]
     Content,
     /// The buffer given for a checkpoint is too small.
@@ -70,7 +70,7 @@ pub enum Error {
         /// Requested bytes.
         bytes: usize,
     },
-    /// Work was asked to end before its result was there.
+    /// The work was cancelled.
     #[error("stopped before the result was there")]
     Stopped,
 }
@@ -104,7 +104,9 @@ pub(crate) fn check_not_negative(
 }
 
 pub(crate) fn check_rate(value: f64) -> Result<(), Error> {
-    check_positive("rate", "a positive number of samples a second", value)
+    // So that its period is a number too.
+    let is_rate = value > 0.0 && value.is_finite() && value.recip().is_finite();
+    require(is_rate, "rate", "a positive number of samples a second", value)
 }
 
 pub(crate) fn check_fading(value: f64) -> Result<(), Error> {

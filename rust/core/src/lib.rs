@@ -34,6 +34,8 @@ pub mod identification;
 pub mod linear;
 pub mod math;
 #[cfg(feature = "std")]
+pub mod mcap;
+#[cfg(feature = "std")]
 pub mod memory;
 pub mod navigation;
 pub mod position;

@@ -286,6 +286,35 @@ impl Cursor<'_> {
 #[cfg(test)]
 mod tests {
     use super::{Cell, Form, TASK_BYTES};
+    use proptest::prelude::*;
+
+    /// Parts of rows, most of them plain.
+    const PIECES: [&str; 24] = [
+        "1,2\n",
+        "-0.5,x\n",
+        "7e-3,\n",
+        "nan,0\n",
+        ",1\n",
+        " 3 , 4\r\n",
+        "1",
+        "9",
+        ".",
+        "-",
+        "+",
+        "e",
+        "e30",
+        "123456789012345678901",
+        ",",
+        ",5\n",
+        "\n",
+        "\r",
+        " ",
+        "\t",
+        "#",
+        "\"",
+        "inf",
+        "0x",
+    ];
 
     fn comma(cells: &[Cell]) -> Form {
         let missing = vec![b"".to_vec(), b"nan".to_vec(), b"-".to_vec()];
@@ -384,6 +413,32 @@ mod tests {
         let found = read(&form, &rows.join("\n"), 2).expect("all plain");
         for i in 0..rows.len() {
             assert_eq!((found[0][i], found[1][i]), (i as f64, (i % 7) as f64 + 0.5));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_plain_rows_or_refused(
+            pieces in prop::collection::vec(prop::sample::select(PIECES.to_vec()), 1..40),
+            changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..3),
+        ) {
+            let mut raw = pieces.concat().into_bytes();
+            for (place, byte) in changes {
+                let at = place.index(raw.len());
+                raw[at] = byte;
+            }
+            let form = comma(&[Cell::Double(0), Cell::Unwanted]);
+            let lines: Vec<&[u8]> = raw.split(|byte| *byte == b'\n').collect();
+            let mut column = vec![0.0; lines.len()];
+            if form.read(&raw, vec![&mut column], false) {
+                for (line, x) in lines.iter().zip(&column) {
+                    let cell = line.split(|byte| *byte == b',').next().expect("there is a first");
+                    let cell = str::from_utf8(cell).expect("plain").trim();
+                    let missing = ["", "nan", "-"].contains(&cell).then_some(f64::NAN);
+                    let exact = missing.or_else(|| cell.parse().ok()).expect("a number");
+                    prop_assert!(x.to_bits() == exact.to_bits() || (x.is_nan() && exact.is_nan()));
+                }
+            }
         }
     }
 

@@ -14,9 +14,9 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// Measurement noise variance R while samples arrive, from the Allan variance at the shortest
 /// averaging time with fading memory.
 ///
-/// ``R = (1 - w) R + w (z[k] - z[k-1])**2 / 2`` with ``1/w = 1 + fading / w_before`` (Fu & Han 2019,
-/// equations 17, 18 and 26 to 31). A sample that is not finite is missing; differences across it
-/// are left out. One object serves one thread at a time.
+/// ``R = (1 - w) R + w (z[k] - z[k-1])**2 / 2`` with ``1/w = 1 + fading / w_before`` (Fu & Han
+/// 2019, equations 17, 18 and 26 to 31). A sample that is not finite is missing; differences across
+/// it are left out. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -28,10 +28,10 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 ///     First differences, or second differences ``(z[k] - 2 z[k-1] + z[k-2])**2 / 6``, which a
 ///     constant angular acceleration leaves alone.
 /// floor : float, default 0.0
-///     Smallest variance to return, in the square of the samples' unit. Equal samples, as a coarsely
-///     quantised gyro at rest gives them, drive R to zero.
+/// Smallest variance to return, in the square of the samples' unit. Equal samples, as a coarsely
+/// quantised gyro at rest gives them, drive R to zero.
 /// channels : int, optional
-///     Number of signals side by side; ``None`` is a single one.
+///     Number of signals; ``None`` is a single one.
 ///
 /// Raises
 /// ------
@@ -52,9 +52,10 @@ pub struct AllanNoise {
 
 streaming!(
     AllanNoise,
-    update: "Takes one sample, returns R: float to float, with channels (k,) to (k,).",
-    process: "R after each sample of a batch: (n,) to (n,), with channels (n, k) to (n, k); the
-    interpreter lock is released.",
+    update: "Takes one sample and returns the noise variance R: float to float, with channels (k,) to
+    (k,).",
+    process: "The noise variance R after each sample of a batch: (n,) to (n,), with channels (n, k)
+    to (n, k); the interpreter lock is released.",
     out
 );
 streaming!(@bank AllanNoise, core::AllanNoise<f64>);
@@ -90,13 +91,13 @@ getters! { AllanNoise, slf, py, this;
     variance: Object<'py> = this.shared.each(py, |noise| noise.variance())?;
 }
 
-/// Allan and Hadamard deviations at all octaves while samples arrive.
+/// Allan and Hadamard deviations of a stream at all octaves.
 ///
-/// Averaging times are 1, 2, 4, … samples. The estimators are the fully overlapping ones, which take
-/// a difference at every sample, and equal those of the whole record to rounding. For that the
-/// object keeps the last three times the longest averaging time: ``16 * 2**octaves`` bytes a channel,
-/// 1 MiB for 16 octaves, however long the record. Partly overlapping estimators would need only a
-/// few numbers an octave, but be less certain.
+/// Averaging times are 1, 2, 4, … samples. The estimators are the fully overlapping ones, which
+/// take a difference at every sample, and equal those of the whole record to rounding. For that the
+/// object keeps the last three times the longest averaging time: ``16 * 2**octaves`` bytes a
+/// channel, 1 MiB for 16 octaves, however long the record. Partly overlapping estimators would need
+/// only a few numbers per octave, but are less precise.
 ///
 /// A sample that is not finite (or ``update(None)``) is missing, and every difference that would
 /// need it is left out. One object serves one thread at a time.
@@ -107,27 +108,27 @@ getters! { AllanNoise, slf, py, this;
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second; it scales ``taus`` alone.
+///     Samples per second; it scales only ``taus``.
 /// octaves : int, default 16
 ///     Number of averaging times, from 1 to 24; 16 reach 32768 samples.
 /// channels : int, optional
-///     Number of signals side by side; ``None`` is a single one.
+///     Number of signals; ``None`` is a single one.
 ///
 /// Raises
 /// ------
 /// ValueError
 ///     A parameter is out of range.
 /// MemoryError
-///     There is no memory for so many octaves and channels.
+///     There is not enough memory for these octaves and channels.
 ///
 /// Notes
 /// -----
-/// The overlapping Allan and Hadamard variances of Riley, *Handbook of Frequency Stability Analysis*,
-/// NIST SP 1065 (2008), section 5.2, with rates in place of fractional frequencies: mean squares of
-/// the second and third differences of the phase over ``2 m**2`` and ``6 m**2``. The phase is the
-/// running sum of distances from the first sample, or the first after a missing one. If the mean of
-/// n samples differs from that sample by D, rounding acts as noise of standard deviation ``6e-17 *
-/// n * D`` on each sample.
+/// The overlapping Allan and Hadamard variances of Riley, *Handbook of Frequency Stability
+/// Analysis*, NIST SP 1065 (2008), section 5.2, with rates in place of fractional frequencies: mean
+/// squares of the second and third differences of the phase over ``2 m**2`` and ``6 m**2``. The
+/// phase is the running sum of distances from the first sample, or the first after a missing one.
+/// If the mean of n samples differs from that sample by D, rounding acts as noise of standard
+/// deviation ``6e-17 * n * D`` on each sample.
 ///
 /// Examples
 /// --------
@@ -146,8 +147,8 @@ pub struct StreamingAllan {
 
 streaming!(
     StreamingAllan,
-    update: "Takes one sample: a float, with channels (k,).",
-    process: "Takes a batch: (n,), with channels (n, k); the interpreter lock is released."
+    update: "Process one sample: a float, with channels (k,).",
+    process: "Process a batch: (n,), with channels (n, k); the interpreter lock is released."
 );
 streaming!(@bank StreamingAllan, core::StreamingAllan);
 
@@ -176,7 +177,7 @@ impl StreamingAllan {
 }
 
 getters! { StreamingAllan, slf, py, this;
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.first().rate();
     /// Number of averaging times.
     octaves: usize = this.first().octaves();
@@ -191,7 +192,7 @@ getters! { StreamingAllan, slf, py, this;
     /// Allan deviation in the samples' unit, NaN without a term: (octaves,), with channels
     /// (octaves, k).
     deviation: Object<'py> = this.table(py, |allan, j| allan.allan(j).0.sqrt())?;
-    /// Hadamard deviation, as ``deviation``; a constant angular acceleration leaves it alone.
+    /// Hadamard deviation, as ``deviation``; a constant angular acceleration has no effect on it.
     hadamard_deviation: Object<'py> = this.table(py, |allan, j| allan.hadamard(j).0.sqrt())?;
     /// Number of differences in each element of ``deviation``, int64.
     term_count: Object<'py> = this.table(py, |allan, j| allan.allan(j).1 as i64)?;
@@ -200,7 +201,7 @@ getters! { StreamingAllan, slf, py, this;
 }
 
 impl StreamingAllan {
-    /// One number an octave, a column a channel.
+    /// One number per octave, one column per channel.
     fn table<'py, T: numpy::Element>(
         &self,
         py: Python<'py>,

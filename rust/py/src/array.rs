@@ -177,7 +177,7 @@ impl<const A: usize> ArrayBank for One<A> {
     }
 }
 
-/// Many gyros of one body as one, live or at once.
+/// Fusion of many gyros of one body, live or in batches.
 ///
 /// Each sensor learns its own drift, axis by axis, as a ``DriftFilter`` does; then all rates are
 /// rotated into the axes of the body. At rest sensors are weighted by their noise, from Allan
@@ -188,15 +188,15 @@ impl<const A: usize> ArrayBank for One<A> {
 /// fault. If two sensors disagree it is unknown which one is wrong: both are used, and ``health``
 /// is ``"disputed"``.
 ///
-/// N sensors have about sqrt(N) times less noise than one, and seldom more than 1.2 times that. A
-/// single one is a ``DriftFilter``, equal to the last bit. A sample that is not finite is missing,
-/// and so is one of a stuck sensor; where no sample is left the rate is NaN. One object serves one
-/// thread at a time.
+/// N sensors have about sqrt(N) times less noise than one, and seldom more than 1.2 times that. An
+/// array of one sensor is bit-identical to a ``DriftFilter``. A sample that is not finite is
+/// missing, and so is one of a stuck sensor; where no sample is left the rate is NaN. One object
+/// serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second.
+///     Samples per second.
 /// sensors : int, optional
 ///     Number of gyros, 1 to 256; may be left out if ``rotations`` or ``calibrations`` are given.
 /// axes : {3, 1}
@@ -204,12 +204,12 @@ impl<const A: usize> ArrayBank for One<A> {
 /// rotations : array_like, shape (sensors, 3, 3), optional
 ///     From each sensor's axes to those of the body; by default all are aligned.
 /// calibrations : sequence of Calibration or of array_like, shape (3, 3), optional
-///     One a sensor, for samples in the unit of the array: scale and misalignment of each are corrected,
-///     in its own axes. Biases are learned, and g-sensitivity is left: ``Calibration.apply`` removes it.
+/// One per sensor, for samples in the unit of the array: its scale and misalignment are corrected
+/// in its own axes. Biases are learned; only ``Calibration.apply`` removes g-sensitivity.
 /// limit : float, optional
-///     Size at which a sample is at the end of the sensors' range, and missing.
+///     Size from which a sample is saturated and counts as missing.
 /// rest_limit, bias_limit : float, optional
-///     As of ``DriftFilter``.
+///     As in ``DriftFilter``.
 /// weights : {"auto", "mean", "white"} or array_like, shape (sensors,) or (sensors, axes)
 ///     Weights: by noise and scale error; equal; by white noise alone; or as given, such as
 ///     those of ``allan_covariance(z, rate).virtual_gyro()``.
@@ -228,8 +228,8 @@ impl<const A: usize> ArrayBank for One<A> {
 ///
 /// References
 /// ----------
-/// Method ``"centralised"``: J. Liu, B. He, Y. Zhao, of which only the abstract is at hand; process
-/// noise and order of both stages are chosen so that they do at rest what it reports.
+/// Method ``"centralised"``: J. Liu, B. He, Y. Zhao, of which only the abstract was available;
+/// process noise and order of both stages are chosen to match its results at rest.
 ///
 /// Examples
 /// --------
@@ -257,7 +257,7 @@ streaming!(GyroArray);
 streaming!(
     @process GyroArray,
     "What ``update`` returns for each sample of a batch: (n, sensors, 3) to (n, 3), with one axis
-    (n, sensors) to (n,); the interpreter lock is released. ``threads`` changes nothing: an array is
+    (n, sensors) to (n,); the interpreter lock is released. ``threads`` has no effect: an array is
     one signal.",
     out
 );
@@ -364,16 +364,16 @@ impl GyroArray {
         Ok(call("GyroArray", &arguments, None))
     }
 
-    /// Takes one sample of every sensor, returns the rate of the body: (sensors, 3) to (3,), with
-    /// one axis (sensors,) to float; NaN where no sensor is left.
+    /// Process one sample of every sensor and return the rate of the body: (sensors, 3) to (3,),
+    /// with one axis (sensors,) to float; NaN where no sensor is left.
     fn update<'py>(slf: &Bound<'py, Self>, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         exclusive(slf)?.shared.update(z)
     }
 
-    /// Like ``process``, but returns by name what was known after each sample: ``rate`` (n, 3); ``bias``
-    /// (n, sensors, 3) in each sensor's own axes; ``weights`` and ``used`` (n, sensors, 3);
-    /// ``excluded`` (n, sensors), ``disputed`` (n,), and ``at_rest`` (n, 3), which are as the sample
-    /// leaves them. With one axis the last axis is not there.
+    /// Like ``process``, but return all estimates after each sample by name: ``rate`` (n, 3);
+    /// ``bias`` (n, sensors, 3) in each sensor's own axes; ``weights`` and ``used`` (n, sensors,
+    /// 3); ``excluded`` (n, sensors), ``disputed`` (n,), and ``at_rest`` (n, 3), as after the
+    /// sample. With one axis the last axis is omitted.
     fn trace<'py>(slf: &Bound<'py, Self>, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
         let (py, [z]) = (z.py(), arrays::taken(slf, ["z"], [Some(z)])?);
         let mut this = exclusive(slf)?;
@@ -391,15 +391,15 @@ impl GyroArray {
         seen.named(py, n, &axes)
     }
 
-    /// The sensors were switched off and on: their biases are forgotten, their noise is not.
+    /// Forget the biases and keep the noise, after the sensors were off.
     fn power_on(slf: &Bound<'_, Self>) -> PyResult<()> {
         exclusive(slf)?.shared.bank.power_on();
         Ok(())
     }
 
     /// Allan covariances at rest to date, of one axis of the body: averaging times in s (m,),
-    /// covariances (m, sensors, sensors) in the unit of the samples squared, and of how many
-    /// differences of successive means each is (m, sensors, sensors).
+    /// covariances (m, sensors, sensors) in the unit of the samples squared, and the number of
+    /// differences of successive means of each (m, sensors, sensors).
     #[pyo3(signature = (axis=0))]
     fn covariance<'py>(slf: &Bound<'py, Self>, axis: i128) -> PyResult<Bound<'py, PyTuple>> {
         let py = slf.py();
@@ -421,7 +421,7 @@ impl GyroArray {
 }
 
 getters! { GyroArray, slf, py, this;
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.shared.bank.params().rate;
     /// Number of gyros.
     sensors: usize = this.shared.bank.params().sensors;
@@ -432,11 +432,11 @@ getters! { GyroArray, slf, py, this;
     /// Bias of each sensor in its own axes: (sensors, 3), with one axis (sensors,).
     bias: Object<'py> = arrays::array(py, this.shared.bank.biases(), this.shared.axes())?;
     /// Standard deviation of ``bias``, of its mean over the next 10 s as of `DriftFilter`; with
-    /// "centralised", which removes no bias, that of the sensors by themselves: (sensors, 3), with
-    /// one axis (sensors,).
-    bias_sigma: Object<'py> = arrays::array(py, this.shared.bank.bias_sigmas(), this.shared.axes())?;
-    /// Share of each sensor in the last rate, zero where it was not used: (sensors, 3), with one axis
+    /// "centralised", which removes no bias, that of each sensor alone: (sensors, 3), with one axis
     /// (sensors,).
+    bias_sigma: Object<'py> = arrays::array(py, this.shared.bank.bias_sigmas(), this.shared.axes())?;
+    /// Share of each sensor in the last rate, zero where it was not used: (sensors, 3), with one
+    /// axis (sensors,).
     weights: Object<'py> = arrays::array(py, this.shared.bank.weights(), this.shared.axes())?;
     /// Health of each sensor: ``"good"``, ``"missing"``, ``"saturated"``, ``"stuck"``,
     /// ``"excluded"`` or ``"disputed"``.
@@ -596,7 +596,8 @@ fn matrices(name: &str, given: &Bound<'_, PyAny>, axes: usize) -> PyResult<Vec<f
     Ok(arrays::named(name, given, "(sensors, 3, 3)", fits)?.values)
 }
 
-/// Matrices of calibrations, which they know, or as they are given: C in `rate = C (sample - bias)`.
+/// Matrices of calibrations, which they know, or as they are given: C in `rate = C (sample -
+/// bias)`.
 fn corrections_of(given: &Bound<'_, PyAny>, axes: usize) -> PyResult<Vec<f64>> {
     const ASK: &str = "__gyro_correction__";
     if given.hasattr(ASK)? {

@@ -101,7 +101,7 @@ pub fn check_gyro<'py>(
 /// Parameters
 /// ----------
 /// rates, forces : array_like, shape (n, 3)
-///     As of ``check_gyro``.
+///     As in ``check_gyro``.
 /// starts : array_like of int, shape (w,)
 ///     First tick of each window, from there.
 /// length : int

@@ -24,7 +24,7 @@ const PEAK_TO_SUM_OVER_NOISE: f64 = 1.5;
 type Vector<'py, T> = Bound<'py, PyArray1<T>>;
 type Columns<'py> = (Bound<'py, PyAny>, Vector<'py, i64>, Vector<'py, f64>, Vector<'py, f64>);
 
-/// Records without the details that are no larger than noise.
+/// Denoising of records: details no larger than noise are removed.
 ///
 /// Parameters
 /// ----------
@@ -225,7 +225,7 @@ fn missing(record: &[f64]) -> Option<usize> {
     record.iter().position(|z| !z.is_finite())
 }
 
-/// Wavelet denoising while samples arrive, late by a known number of samples.
+/// Live wavelet denoising, with a known delay.
 ///
 /// A decimated bank of Daubechies' filters splits the signal into octaves; details smaller than
 /// ``threshold`` standard deviations of the noise are removed (VisuShrink), and the signal is
@@ -245,12 +245,12 @@ fn missing(record: &[f64]) -> Option<usize> {
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second: sets the time constant of the noise (some 10 s) and ``delay_seconds``.
+///     Samples per second: sets the time constant of the noise (some 10 s) and ``delay_seconds``.
 /// wavelet : {"haar", "db2", "db4", "db8"}, default "db2"
 ///     2, 4, 8 or 16 taps. Short ones delay less, long ones distinguish motion from noise better.
 /// level : int, default 3
-///     Octaves that are denoised, from 1 to 10: each halves the variance of white noise and doubles
-///     the delay.
+/// Number of denoised octaves, from 1 to 10: each halves the variance of white noise and doubles
+/// the delay.
 /// mode : {"hard", "soft"}, default "hard"
 ///     Details above the threshold stay, or shrink by it: soft is smoother at rest and distorts
 ///     motion.
@@ -258,7 +258,7 @@ fn missing(record: &[f64]) -> Option<usize> {
 ///     In standard deviations of the noise; 4 is that of VisuShrink for 3000 samples. 0 removes
 ///     nothing.
 /// channels : int, optional
-///     Number of signals side by side; ``None`` is a single one.
+///     Number of signals; ``None`` is a single one.
 ///
 /// Raises
 /// ------
@@ -283,7 +283,8 @@ pub struct WaveletDenoiser {
 
 streaming!(
     WaveletDenoiser,
-    update: "Takes one sample, returns the denoised one of ``delay`` samples ago: float to float, with
+    update: "Process one sample and return the denoised value of ``delay`` samples ago: float to
+    float, with
     channels (k,) to (k,).",
     process: "What ``update`` returns for each sample of a batch: (n,) to (n,), with channels (n, k)
     to (n, k); the interpreter lock is released.",
@@ -329,25 +330,25 @@ impl WaveletDenoiser {
 }
 
 getters! { WaveletDenoiser, slf, py, this;
-    /// By how many samples what is returned is late.
+    /// Delay of the output, samples.
     delay: u64 = this.first().delay();
-    /// The same in seconds.
+    /// Delay of the output, s.
     delay_seconds: f64 = this.first().delay() as f64 / this.first().params().rate;
-    /// Deviation of the noise to date, in the samples' unit, zero before it is known: float, with
-    /// channels (k,).
+    /// Standard deviation of the noise to date, in the samples' unit, zero before it is known:
+    /// float, with channels (k,).
     sigma: Object<'py> = this.shared.each(py, |one| one.sigma())?;
-    /// Samples that were missing to date: int, with channels (k,).
+    /// Number of missing samples to date: int, with channels (k,).
     missing_count: Object<'py> = this.shared.each(py, |one| one.missing() as i64)?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.first().params().rate;
     /// Name of the wavelet.
     wavelet: &'static str = this.first().params().wavelet.name();
-    /// Octaves that are denoised.
+    /// Number of denoised octaves.
     level: usize = this.first().params().level;
     /// Treatment of coefficients above the threshold: "hard" or "soft".
     mode: &'static str = this.first().params().mode.name();
-    /// In deviations of the noise.
+    /// Threshold in standard deviations of the noise.
     threshold: f64 = this.first().params().threshold;
 }

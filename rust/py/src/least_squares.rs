@@ -113,7 +113,7 @@ pub struct RecursiveLeastSquares {
 
 streaming!(
     RecursiveLeastSquares,
-    update: "Takes one sample, returns its a-posteriori residual, zero if it is missing: float to
+    update: "Takes one sample and returns its a-posteriori residual, zero if it is missing: float to
     float, with channels (k,) to (k,).",
     process: "The residual of each sample of a batch: (n,) to (n,), with channels (n, k) to (n, k);
     the interpreter lock is released.",
@@ -175,7 +175,7 @@ getters! { RecursiveLeastSquares, slf, py, this;
     };
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
-    /// The start-up is over: bool, with channels (k,).
+    /// True after the start-up: bool, with channels (k,).
     ready: Object<'py> = {
         let ready = this.shared.bank.ready();
         this.shared.numbers(py, ready)?

@@ -17,6 +17,7 @@ mod least_squares;
 mod linear;
 mod magnet;
 mod math;
+mod mcap;
 mod navigation;
 mod position;
 mod rest;
@@ -63,7 +64,9 @@ mod _native {
     #[pymodule_export]
     use crate::math::{chi_squared_quantile, chi_squared_survival, log_normal_cdf};
     #[pymodule_export]
-    use crate::navigation::{NavigationFilter, NavigationRecord};
+    use crate::mcap::{pack_lz4, read_mcap};
+    #[pymodule_export]
+    use crate::navigation::{NavigationBank, NavigationFilter, NavigationRecord};
     #[pymodule_export]
     use crate::position::{PositionFilter, position_options};
     #[pymodule_export]

@@ -26,9 +26,9 @@ const PIECE: usize = 1 << 21;
 /// The linear Kalman filter, with an input, for a model of any kind: ``x = F x + B u + w``,
 /// ``z = H x + v`` with w of covariance Q and v of covariance R.
 ///
-/// ``predict`` and ``update`` take one step, ``process`` a record; all lead to the same bits. The
-/// covariance is corrected by Joseph's form, always. ``x0`` and ``P0`` belong to the time before the
-/// first sample: each sample, the first too, begins with a prediction.
+/// ``predict`` and ``update`` make one step, ``process`` processes a record, with identical
+/// results. The covariance is always corrected in Joseph's form. ``x0`` and ``P0`` belong to the
+/// time before the first sample: each sample, the first too, begins with a prediction.
 ///
 /// A measurement that is NaN, infinite or beyond 1e150 is missing, and None stands for a missing
 /// vector; the present elements of a vector correct. A missing input counts as zero. A measurement
@@ -65,8 +65,8 @@ const PIECE: usize = 1 << 21;
 ///
 /// References
 /// ----------
-/// R. E. Kalman, *J. Basic Engineering* 82(1), 35-45, 1960. R. S. Bucy, P. D. Joseph, *Filtering for
-/// Stochastic Processes with Applications to Guidance*, 1968, for the form of the covariance.
+/// R. E. Kalman, *J. Basic Engineering* 82(1), 35-45, 1960. R. S. Bucy, P. D. Joseph, *Filtering
+/// for Stochastic Processes with Applications to Guidance*, 1968, for the form of the covariance.
 ///
 /// Examples
 /// --------
@@ -157,9 +157,9 @@ impl LinearKalman {
         Ok(Self::of(bank.map_err(NativeError::from)?))
     }
 
-    /// The state one step on, ``x = F x + B u``, with ``P = F P F.T + Q``: (n,), with channels (k, n).
-    /// ``u`` is (p,), with channels (k, p), or a number for one input; None is no input. Matrices that
-    /// are given count for this step alone; with another B the number of inputs may be another too.
+    /// Return the state one step later, ``x = F x + B u``, with ``P = F P F.T + Q``: (n,), with
+    /// channels (k, n). ``u`` is (p,), with channels (k, p), or a number for one input; None is no
+    /// input. Stated matrices apply to this step only; another B may have another number of inputs.
     #[pyo3(signature = (u=None, *, F=None, B=None, Q=None))]
     fn predict<'py>(
         slf: &Bound<'py, Self>,
@@ -192,9 +192,9 @@ impl LinearKalman {
         filters.state(slf.py())
     }
 
-    /// The state corrected by a measurement: (n,), with channels (k, n). ``z`` is (m,), with channels
-    /// (k, m), or a number for one measurement; None is missing as a whole. Matrices that are given
-    /// count for this step alone.
+    /// Return the state corrected by a measurement: (n,), with channels (k, n). ``z`` is (m,), with
+    /// channels (k, m), or a number for one measurement; None is a missing vector. Stated matrices
+    /// apply to this step only.
     #[pyo3(signature = (z, *, H=None, R=None))]
     fn update<'py>(
         slf: &Bound<'py, Self>,
@@ -222,11 +222,11 @@ impl LinearKalman {
         filters.state(slf.py())
     }
 
-    /// A record from the state as it is: ``predict`` and ``update`` of each sample, as a
+    /// Process a record from the present state: ``predict`` and ``update`` of each sample. Return a
     /// ``zerorate.linear.LinearRun``. ``z`` is (n, m), with channels (n, k, m), and ``u`` (n, p) or
-    /// (n, k, p); the last axis may be left out where it is 1. A matrix that is given counts for this
-    /// record, as it is or one a sample: (n, ., .). ``keep="state"`` keeps the states alone, for many
-    /// filters or long records. The interpreter lock is released.
+    /// (n, k, p); the last axis may be left out where it is 1. A stated matrix applies to this
+    /// record: one for all samples, or one for each, (n, ., .). ``keep="state"`` keeps only the
+    /// states, for many filters or long records. The interpreter lock is released.
     #[pyo3(signature = (z, u=None, *, F=None, H=None, Q=None, R=None, B=None, keep="all"))]
     // The arguments are those of the method in Python.
     #[allow(clippy::too_many_arguments)]
@@ -349,7 +349,7 @@ getters! { LinearKalman, slf, py, this;
     F: Object<'py> = own(slf, |model| (&model.F, [0, 0]))?;
     /// Measurement matrix: (m, n).
     H: Object<'py> = own(slf, |model| (&model.H, [1, 0]))?;
-    /// Covariance of what disturbs the state in a step: (n, n).
+    /// Covariance of the process noise of a step: (n, n).
     Q: Object<'py> = own(slf, |model| (&model.Q, [0, 0]))?;
     /// Covariance of the noise of a measurement: (m, m).
     R: Object<'py> = own(slf, |model| (&model.R, [1, 1]))?;
@@ -368,19 +368,18 @@ getters! { LinearKalman, slf, py, this;
         // Own elements, not a view of one matrix.
         across(shown, filters.channels, groups)?.call_method0("copy")?
     };
-    /// ``z - H x`` before the last ``update``, NaN where a measurement was missing and before the first:
-    /// (m,), with channels (k, m).
+    /// ``z - H x`` before the last ``update``, NaN where a measurement was missing and before the
+    /// first: (m,), with channels (k, m).
     innovation: Object<'py> = {
         let filters = &this.shared;
         filters.arrays(py, filters.bank.innovation(), &[filters.bank.model().sizes[1]])?
     };
-    /// Its square relative to its covariance S, ``y.T S^-1 y``, which is as large as there are
-    /// measurements in the mean where the model is right; NaN if all were missing: float, with channels
-    /// (k,).
+    /// Normalised innovation squared, ``y.T S^-1 y``, whose mean is the number of measurements if
+    /// the model is right; NaN if all were missing: float, with channels (k,).
     nis: Object<'py> = this.shared.arrays(py, this.shared.bank.nis(), &[])?;
-    /// Logarithm of the density that the filter predicted for the last measurements, ``-(nis + log
-    /// det(2 pi S)) / 2``; 0 if all were missing, so that a sum over samples is that of a record: float,
-    /// with channels (k,).
+    /// Log-likelihood of the last measurements, ``-(nis + log
+    /// det(2 pi S)) / 2``; 0 if all were missing, so that a sum over samples is that of a record:
+    /// float, with channels (k,).
     log_likelihood: Object<'py> = this.shared.arrays(py, this.shared.bank.log_likelihood(), &[])?;
 }
 
@@ -469,9 +468,9 @@ impl Filters {
     }
 }
 
-/// States and covariances of a record that was filtered, given all that comes after each: those that
-/// ``LinearRun.smooth`` returns. ``state`` is (n, k, N), ``covariance`` (n, k, N, N) or (n, 1, N, N),
-/// ``u`` (n, k, p).
+/// States and covariances of a record that was filtered, given all that comes after each: those
+/// that ``LinearRun.smooth`` returns. ``state`` is (n, k, N), ``covariance`` (n, k, N, N) or (n, 1,
+/// N, N), ``u`` (n, k, p).
 #[pyfunction]
 #[pyo3(signature = (state, covariance, F, Q, B=None, u=None))]
 pub fn smooth_linear<'py>(

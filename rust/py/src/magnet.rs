@@ -123,7 +123,7 @@ pub fn magnet_fit<'py>(
 /// Parameters
 /// ----------
 /// rotation, field, group, window, elements
-///     As of ``magnet_fit``.
+///     As in ``magnet_fit``.
 /// fit : tuple
 ///     What it returned, with a number for each of these elements.
 /// doubt : array_like, shape (k,)

@@ -1,15 +1,25 @@
 //! Inertial navigation aided by a satellite receiver, for Python.
 
+mod aids;
+mod bank;
+
+use std::ops::Range;
+
 use numpy::{PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use zerorate_core::checkpoint::{self, Checkpoint};
 use zerorate_core::navigation::{
-    AID_SENSORS, Adapt, Aid, AidParams, AidReport, Batch, Fix, FixCounts, Inertial, Kind, Known,
-    LIMITS, Limits, NavigationFilter as Core, NavigationParams, Next, OUTPUTS, Reading, Record,
-    Rolling, STATES, Start, WHEELED_LIMITS, Wheels,
+    Adapt, Aid, AidParams, AidReport, Batch, Fix, FixCounts, Inertial, Kind, Known, Navigates,
+    NavigationFilter as Core, NavigationParams, Next, OUTPUTS, Observed, Reading, Record, Rolling,
+    STATES, Start, Wheels,
 };
-use zerorate_core::{Error, checkpoint, memory};
+use zerorate_core::{Error, memory};
+
+pub use bank::NavigationBank;
+
+use aids::{aided, aids_of, limits_of, of_aids, one_sigma, take_aid};
 
 use crate::common::arrays;
 use crate::common::elements;
@@ -25,14 +35,14 @@ const STATUSES: [&str; 5] = ["waiting", "no heading", "navigating", "coasting", 
 /// Words for what became of a fix, by number; one after the last sample has the next number.
 const VERDICTS: [&str; 3] = ["used", "rejected", "refused"];
 const NOT_REACHED: u8 = 3;
-/// Bytes that a saved filter has at most.
-const BYTES: usize = 1 << 13;
 
-/// Position, velocity and attitude of a vehicle from its gyro, accelerometer and satellite receiver.
+/// Position, velocity and attitude of a vehicle from its gyro, accelerometer and satellite
+/// receiver.
 ///
-/// A loosely coupled Kalman filter of 15 errors: position, velocity, orientation and the biases of gyro
-/// and accelerometer. The sensors are integrated at every sample; fixes of the receiver, rest and wheels
-/// correct what drifts. Body axes are forward, right, down; the earth's north, east, down, WGS84.
+/// A loosely coupled Kalman filter of 15 errors: position, velocity, orientation and the biases of
+/// gyro and accelerometer. The sensors are integrated at every sample; fixes of the receiver, rest
+/// and wheels correct what drifts. Body axes are forward, right, down; the earth's north, east,
+/// down, WGS84.
 ///
 /// A position or velocity is used if its normalised innovation squared is at most ``gate``. After
 /// ten rejections in a row the filter is considered wrong and moves to the next position
@@ -53,13 +63,16 @@ const BYTES: usize = 1 << 13;
 /// gyro, accel : NoiseModel or sequence of three, optional
 ///     Noise of the sensors, rad/s and m/s^2, the same for all axes or one each; by default that of
 ///     consumer sensors: 0.05 deg/s/sqrt(Hz) and 0.02 m/s^2/sqrt(Hz).
+/// gyro_vibration : float, default 0.0
+///     Additional noise of the gyro where it vibrates faster than it is sampled: standard deviation of
+///     an axis over that of its change from sample to sample, from 0 to 1.
 /// antenna : array_like, shape (3,), default (0, 0, 0)
 ///     Vector from the sensor to the antenna, body axes, m.
 /// antenna_sigma : float or array_like, shape (3,), default 0.0
 ///     Its standard deviation, m, one or one per axis: if it is not 0, the antenna's position is
 ///     estimated (``antenna``).
 /// consider_antenna : bool, default False
-///     Do not estimate the position; its standard deviation counts in ``sigma`` and gains (Schmidt).
+///     Do not estimate the position; include its standard deviation in ``sigma`` and gains (Schmidt).
 /// vehicle : {None, "wheeled"}, default None
 ///     "wheeled": it neither slips sideways nor leaves the ground; applied five times a second
 ///     above 1 m/s.
@@ -77,7 +90,7 @@ const BYTES: usize = 1 << 13;
 /// covariance_step : float, default 0.1
 ///     Time between two steps of the covariance, s.
 /// kind : {"rate", "increment"}, default "rate"
-///     Samples are rates and forces, or their integrals since the sample before.
+///     Samples are rates and forces, or their integrals since the previous sample.
 /// barometer_sigma : float, default 0.5
 ///     Standard deviation of a barometric height for which none is given, m.
 /// barometer_walk : float, default 0.02
@@ -113,249 +126,303 @@ const BYTES: usize = 1 << 13;
 #[pyclass(module = "zerorate")]
 #[derive(Debug)]
 pub struct NavigationFilter {
-    shared: Navigator,
+    shared: Navigator<Core>,
 }
 
-/// Interface of a bank for the methods of all streaming classes: one filter.
+/// Interface of a bank for the methods of all streaming classes: one filter, or several of which one is
+/// shown.
 #[derive(Debug)]
-struct Navigator {
-    channels: Option<usize>,
-    bank: Box<Core>,
+pub struct Navigator<N> {
+    pub channels: Option<usize>,
+    pub bank: Box<N>,
 }
 
-impl Navigator {
-    fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let mut buffer = memory::filled(0, BYTES).map_err(NativeError::from)?;
+impl<N: Navigates + Checkpoint> Navigator<N> {
+    pub fn new(navigator: N) -> Self {
+        Self { channels: None, bank: Box::new(navigator) }
+    }
+
+    pub fn restored(bytes: &[u8]) -> Result<Self, Error> {
+        checkpoint::read(bytes).map(Self::new)
+    }
+
+    pub fn filter(&self) -> &Core {
+        self.bank.filter()
+    }
+
+    pub fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        // A number has at most as many bytes more as it has.
+        let mut buffer = memory::filled(0, 2 * size_of::<N>()).map_err(NativeError::from)?;
         let bytes = checkpoint::write(&*self.bank, &mut buffer).map_err(NativeError::from)?;
         Ok(PyBytes::new(py, bytes))
     }
+
+    /// Words of its text.
+    pub fn words(&self) -> Vec<String> {
+        let filter = self.filter();
+        let params = filter.params();
+        let of = |v: &[f64; 3]| format!("({:?}, {:?}, {:?})", v[0], v[1], v[2]);
+        let mut words = vec![STATUSES[filter.status() as usize].to_owned()];
+        if params.antenna != [0.0; 3] {
+            words.push(format!("antenna={}", of(&params.antenna)));
+        }
+        if let Some(wheels) = &params.wheels {
+            words.push(format!("vehicle='wheeled', axle={}", of(&wheels.axle)));
+        }
+        words.push(format!(
+            "gate={}, adapt='{}'",
+            text(params.gate),
+            ADAPTS[params.adapt as usize]
+        ));
+        words
+    }
 }
 
 impl NavigationFilter {
-    fn of(filter: Core) -> Self {
-        Self { shared: Navigator { channels: None, bank: Box::new(filter) } }
-    }
-
     fn restored(bytes: &[u8]) -> Result<Self, Error> {
-        checkpoint::read(bytes).map(Self::of)
+        Ok(Self { shared: Navigator::restored(bytes)? })
     }
 }
+
+/// What filters and banks of them share: how one is made, its calls and what it shows.
+macro_rules! navigating {
+    ($class:ident, $core:ty) => {
+        #[pymethods]
+        impl $class {
+            #[new]
+            #[pyo3(
+                signature = (
+                    start, *, gyro=None, accel=None, gyro_vibration=0.0, antenna=None, antenna_sigma=None,
+                    consider_antenna=false, vehicle=None, axle=None, wheel_sigma=None, speed_sigma=None,
+                    gate=50.0, adapt="inflate", covariance_step=0.1, kind="rate", barometer_sigma=0.5,
+                    barometer_walk=0.02, compass_sigma=0.035, compass_walk=0.001, baseline=None,
+                    limits=None
+                ),
+                text_signature = "(start, *, gyro=None, accel=None, gyro_vibration=0.0, antenna=(0.0, 0.0, 0.0), \
+                    antenna_sigma=0.0, consider_antenna=False, vehicle=None, axle=None, wheel_sigma=None, \
+                    speed_sigma=None, gate=50.0, adapt='inflate', covariance_step=0.1, kind='rate', \
+                    barometer_sigma=0.5, barometer_walk=0.02, compass_sigma=0.035, compass_walk=0.001, \
+                    baseline=None, limits=None)"
+            )]
+            // The arguments are those of the class in Python.
+            #[allow(clippy::too_many_arguments)]
+            fn new(
+                start: &Bound<'_, PyAny>,
+                gyro: Option<&Bound<'_, PyAny>>,
+                accel: Option<&Bound<'_, PyAny>>,
+                gyro_vibration: f64,
+                antenna: Option<&Bound<'_, PyAny>>,
+                antenna_sigma: Option<&Bound<'_, PyAny>>,
+                consider_antenna: bool,
+                vehicle: Option<&str>,
+                axle: Option<&Bound<'_, PyAny>>,
+                wheel_sigma: Option<f64>,
+                speed_sigma: Option<f64>,
+                gate: f64,
+                adapt: &str,
+                covariance_step: f64,
+                kind: &str,
+                barometer_sigma: f64,
+                barometer_walk: f64,
+                compass_sigma: f64,
+                compass_walk: f64,
+                baseline: Option<&Bound<'_, PyAny>>,
+                limits: Option<&Bound<'_, PyDict>>,
+            ) -> PyResult<Self> {
+                let (gyro_noise, gyro_walk) = densities("gyro", gyro, GYRO)?;
+                let (accel_noise, accel_walk) = densities("accel", accel, ACCEL)?;
+                let wheels = wheels(vehicle, axle, wheel_sigma, speed_sigma)?;
+                let antenna = lever("antenna", antenna)?;
+                let adapt = [Adapt::Inflate, Adapt::Free, Adapt::Fixed][choice("adapt", adapt, &ADAPTS)?];
+                let kind = [Kind::Rate, Kind::Increment][choice("kind", kind, &KINDS)?];
+                let baseline = baseline.map(|given| three("baseline", given)).transpose()?;
+                let aids = AidParams {
+                    barometer_sigma,
+                    barometer_walk,
+                    compass_sigma,
+                    compass_walk,
+                    baseline,
+                };
+                let params = NavigationParams {
+                    gyro_noise,
+                    accel_noise,
+                    gyro_walk,
+                    accel_walk,
+                    gyro_vibration,
+                    antenna,
+                    antenna_sigma: sigmas("antenna_sigma", antenna_sigma, 0.0)?,
+                    consider_antenna,
+                    wheels,
+                    gate,
+                    adapt,
+                    covariance_step,
+                    kind,
+                    aids,
+                    limits: limits_of(limits, wheels.is_some())?,
+                };
+                let start = begun(start, wheels.is_some())?;
+                let navigator = <$core>::new(start, params).map_err(NativeError::from)?;
+                Ok(Self { shared: Navigator::new(navigator) })
+            }
+
+            /// Process one sample of the sensors: its time, s, and gyro and accelerometer, rad/s and m/s^2,
+            /// (3,); ``rest`` states that the vehicle stands. Return ``status``. ValueError if the time is
+            /// not later than that of the previous sample; the filter is then unchanged.
+            #[pyo3(signature = (t, gyro, accel, rest=false))]
+            fn update<'py>(
+                slf: &Bound<'py, Self>,
+                t: f64,
+                gyro: &Bound<'py, PyAny>,
+                accel: &Bound<'py, PyAny>,
+                rest: bool,
+            ) -> PyResult<&'static str> {
+                let gyro = three("gyro", gyro)?;
+                let accel = three("accel", accel)?;
+                let mut this = exclusive(slf)?;
+                let sample = Inertial { time: t, gyro, accel, rest };
+                this.shared.bank.update(&sample).map_err(NativeError::from)?;
+                Ok(STATUSES[this.shared.filter().status() as usize])
+            }
+
+            /// Process a fix of the receiver: time of measurement, s; latitude and longitude, deg, and
+            /// height, m, (3,); velocity north, east, down, m/s, (3,) or None; their standard deviations,
+            /// one or three axes. Return "used", "rejected" or "refused". Position and velocity are gated
+            /// separately; a fix is rejected if its position is, or the velocity of one without a position.
+            /// It is refused if it is over a second old, a tenth of a second ahead of the sensors, without
+            /// a number, or beyond 89.5 deg. ValueError if a standard deviation is not positive.
+            #[pyo3(signature = (t, position, velocity=None, position_sigma=None, velocity_sigma=None),
+                text_signature = "($self, t, position, velocity=None, position_sigma=2.0, \
+                    velocity_sigma=0.1)")]
+            fn update_gnss<'py>(
+                slf: &Bound<'py, Self>,
+                t: f64,
+                position: &Bound<'py, PyAny>,
+                velocity: Option<&Bound<'py, PyAny>>,
+                position_sigma: Option<&Bound<'py, PyAny>>,
+                velocity_sigma: Option<&Bound<'py, PyAny>>,
+            ) -> PyResult<&'static str> {
+                let position = three("position", position)?;
+                let velocity = velocity.map(|v| three("velocity", v)).transpose()?;
+                let fix = Fix {
+                    time: t,
+                    position: radians(position),
+                    velocity: velocity.unwrap_or([f64::NAN; 3]),
+                    position_sigma: sigmas("position_sigma", position_sigma, 2.0)?,
+                    velocity_sigma: sigmas("velocity_sigma", velocity_sigma, 0.1)?,
+                };
+                let mut this = exclusive(slf)?;
+                Ok(VERDICTS[this.shared.bank.update_gnss(&fix).map_err(NativeError::from)? as usize])
+            }
+
+            /// Takes the speed that wheels tell: when, s, the middle of the time over which it is measured,
+            /// how fast they roll forward, m/s, and its deviation, by default ``speed_sigma``. Their scale,
+            /// and the yaw and pitch of the axis along which they roll, are estimated
+            /// (``wheel_constants``). A slipping wheel, with an innovation of over three standard
+            /// deviations, is ignored for ten seconds and then has less weight. Return True if the speed
+            /// will be used; not before the heading is known to 0.1 rad, nor if it is over a second old or
+            /// missing. ValueError if the vehicle is not "wheeled", or the deviation not positive.
+            #[pyo3(signature = (t, speed, sigma=None))]
+            fn update_wheels(
+                slf: &Bound<'_, Self>,
+                t: f64,
+                speed: Option<f64>,
+                sigma: Option<f64>,
+            ) -> PyResult<bool> {
+                let mut this = exclusive(slf)?;
+                let speed = speed.unwrap_or(f64::NAN);
+                Ok(this.shared.bank.update_wheels(t, speed, sigma).map_err(NativeError::from)?)
+            }
+        }
+
+        getters! { $class, slf, py, this;
+            /// Latitude and longitude, deg, and height, m, of the sensor; NaN before the first fix: (3,).
+            position: Object<'py> = arrays::small(py, &degrees(this.shared.filter().snapshot().position));
+            /// North, east and down, m/s; NaN before the first fix: (3,).
+            velocity: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().velocity);
+            /// Quaternion w, x, y, z from the body's axes to north, east, down: (4,).
+            quaternion: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().quaternion);
+            /// Bias of the gyro, rad/s: (3,).
+            gyro_bias: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().gyro_bias);
+            /// Bias of the accelerometer, m/s^2: (3,).
+            accel_bias: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().accel_bias);
+            /// Standard deviations at the last step of the covariance: position and velocity north, east
+            /// and down, m and m/s, orientation about these axes, rad, biases of gyro and accelerometer,
+            /// rad/s and m/s^2; NaN before the first fix: (15,).
+            sigma: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().sigma);
+            /// Covariance of the errors at its last step, in the order of ``sigma``; the error of the
+            /// velocity is ``v_estimated - exp(-[phi x]) v`` with phi the error of the orientation; errors
+            /// of biases are true minus estimated: (15, 15).
+            covariance: Object<'py> = {
+                let covariance = this.shared.filter().covariance();
+                let places = (0..STATES * STATES).map(|k| covariance.at(k / STATES, k % STATES));
+                arrays::array(py, places.collect(), &[STATES, STATES])?
+            };
+            /// Scale of the wheels, and yaw and pitch, rad, of the axis along which they roll: they roll (1
+            /// + scale) times as fast as measured; NaN before the first measurement: (3,).
+            wheel_constants: Object<'py> = arrays::small(py, &this.shared.filter().wheels()[0]);
+            /// Standard deviations of ``wheel_constants``: (3,).
+            wheel_constants_sigma: Object<'py> = arrays::small(py, &this.shared.filter().wheels()[1]);
+            /// Normalised innovations squared of the last position and velocity, 3 on average if the filter
+            /// is consistent; NaN before the first: (2,).
+            nis: Object<'py> = arrays::small(py, &this.shared.filter().nis());
+            /// Standard deviations of the receiver learned from the innovations, position and velocity, m
+            /// and m/s; NaN before ten pairs of fixes: (2, 3).
+            learned_sigma: Object<'py> = {
+                let learned = this.shared.filter().learned_noise();
+                arrays::array(py, learned.concat(), &[2, 3])?
+            };
+            /// "waiting" for a fix, "no heading", "navigating", "coasting" without fixes for two seconds,
+            /// or "missing": without samples of a sensor for a tenth of a second.
+            status: &'static str = STATUSES[this.shared.filter().status() as usize];
+            /// Present estimate of the vector from the sensor to the antenna, body axes, m: (3,).
+            antenna: Object<'py> = arrays::small(py, &this.shared.filter().antenna()[0]);
+            /// Standard deviations of ``antenna``, 0 if it is not estimated: (3,).
+            antenna_sigma: Object<'py> = arrays::small(py, &this.shared.filter().antenna()[1]);
+            /// Time of the last sample, s; NaN before the first.
+            time: f64 = this.shared.filter().time();
+            /// Samples of the sensors to date, missing ones included.
+            samples_seen: u64 = this.shared.filter().samples_seen();
+            /// Counts of fixes to date by verdict: "used", "rejected", "refused".
+            fix_count: Bound<'py, PyDict> = {
+                let FixCounts { used, rejected, refused, .. } = *this.shared.filter().fixes();
+                let [one, two, three] = VERDICTS;
+                named(py, [(one, used), (two, rejected), (three, refused)])?
+            };
+            /// Counts of positions and velocities rejected by the gate to date: "positions", "velocities".
+            rejected_count: Bound<'py, PyDict> = {
+                let [positions, velocities] = this.shared.filter().fixes().rejected_of;
+                named(py, [("positions", positions), ("velocities", velocities)])?
+            };
+            /// Number of moves of the filter to the positions after ten rejections in a row.
+            move_count: u64 = this.shared.filter().fixes().moved;
+            /// Time of the last move, s, and its distance, m; None before the first.
+            last_move: Option<(f64, f64)> = {
+                let FixCounts { moved, last_move: [at, by], .. } = *this.shared.filter().fixes();
+                (moved > 0).then_some((at, by))
+            };
+        }
+    };
+}
+pub(crate) use navigating;
 
 streaming!(NavigationFilter);
 
+navigating!(NavigationFilter, Core);
+aided!(NavigationFilter);
+
 #[pymethods]
 impl NavigationFilter {
-    #[new]
-    #[pyo3(
-        signature = (
-            start, *, gyro=None, accel=None, antenna=None, antenna_sigma=None,
-            consider_antenna=false, vehicle=None, axle=None, wheel_sigma=None, speed_sigma=None,
-            gate=50.0, adapt="inflate", covariance_step=0.1, kind="rate", barometer_sigma=0.5,
-            barometer_walk=0.02, compass_sigma=0.035, compass_walk=0.001, baseline=None, limits=None
-        ),
-        text_signature = "(start, *, gyro=None, accel=None, antenna=(0.0, 0.0, 0.0), \
-            antenna_sigma=0.0, consider_antenna=False, vehicle=None, axle=None, wheel_sigma=None, \
-            speed_sigma=None, gate=50.0, adapt='inflate', covariance_step=0.1, kind='rate', \
-            barometer_sigma=0.5, barometer_walk=0.02, compass_sigma=0.035, compass_walk=0.001, \
-            baseline=None, limits=None)"
-    )]
-    // The arguments are those of the class in Python.
-    #[allow(clippy::too_many_arguments)]
-    fn new(
-        start: &Bound<'_, PyAny>,
-        gyro: Option<&Bound<'_, PyAny>>,
-        accel: Option<&Bound<'_, PyAny>>,
-        antenna: Option<&Bound<'_, PyAny>>,
-        antenna_sigma: Option<&Bound<'_, PyAny>>,
-        consider_antenna: bool,
-        vehicle: Option<&str>,
-        axle: Option<&Bound<'_, PyAny>>,
-        wheel_sigma: Option<f64>,
-        speed_sigma: Option<f64>,
-        gate: f64,
-        adapt: &str,
-        covariance_step: f64,
-        kind: &str,
-        barometer_sigma: f64,
-        barometer_walk: f64,
-        compass_sigma: f64,
-        compass_walk: f64,
-        baseline: Option<&Bound<'_, PyAny>>,
-        limits: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Self> {
-        let (gyro_noise, gyro_walk) = densities("gyro", gyro, GYRO)?;
-        let (accel_noise, accel_walk) = densities("accel", accel, ACCEL)?;
-        let wheels = wheels(vehicle, axle, wheel_sigma, speed_sigma)?;
-        let antenna = lever("antenna", antenna)?;
-        let adapt = [Adapt::Inflate, Adapt::Free, Adapt::Fixed][choice("adapt", adapt, &ADAPTS)?];
-        let kind = [Kind::Rate, Kind::Increment][choice("kind", kind, &KINDS)?];
-        let baseline = baseline.map(|given| three("baseline", given)).transpose()?;
-        let aids =
-            AidParams { barometer_sigma, barometer_walk, compass_sigma, compass_walk, baseline };
-        let params = NavigationParams {
-            gyro_noise,
-            accel_noise,
-            gyro_walk,
-            accel_walk,
-            antenna,
-            antenna_sigma: sigmas("antenna_sigma", antenna_sigma, 0.0)?,
-            consider_antenna,
-            wheels,
-            gate,
-            adapt,
-            covariance_step,
-            kind,
-            aids,
-            limits: limits_of(limits, wheels.is_some())?,
-        };
-        let start = begun(start, wheels.is_some())?;
-        let filter = Core::new(start, params).map_err(NativeError::from)?;
-        Ok(Self::of(filter))
-    }
-
-    /// Takes one sample of the sensors: its time, s, and gyro and accelerometer, rad/s and m/s^2, (3,);
-    /// ``rest`` says that the vehicle is known to stand. Returns ``status``; ValueError if the time is not
-    /// later than that of the sample before, which changes nothing.
-    #[pyo3(signature = (t, gyro, accel, rest=false))]
-    fn update<'py>(
-        slf: &Bound<'py, Self>,
-        t: f64,
-        gyro: &Bound<'py, PyAny>,
-        accel: &Bound<'py, PyAny>,
-        rest: bool,
-    ) -> PyResult<&'static str> {
-        let gyro = three("gyro", gyro)?;
-        let accel = three("accel", accel)?;
-        let mut this = exclusive(slf)?;
-        let sample = Inertial { time: t, gyro, accel, rest };
-        this.shared.bank.update(&sample).map_err(NativeError::from)?;
-        Ok(STATUSES[this.shared.bank.status() as usize])
-    }
-
-    /// Takes a fix of the receiver: when it was measured, s, latitude and longitude, deg, and height, m,
-    /// (3,); velocity north, east, down, m/s, (3,) or None; their deviations, one or three axes. Returns
-    /// "used", "rejected" or "refused". The gate judges position and velocity apart; a fix is rejected if
-    /// its position is, or the velocity of one without a position. It is refused if it is over a second
-    /// old, a tenth of a second ahead of the sensors, without a number, or beyond 89.5 deg. ValueError if
-    /// a deviation is not positive.
-    #[pyo3(signature = (t, position, velocity=None, position_sigma=None, velocity_sigma=None),
-        text_signature = "($self, t, position, velocity=None, position_sigma=2.0, \
-            velocity_sigma=0.1)")]
-    fn update_gnss<'py>(
-        slf: &Bound<'py, Self>,
-        t: f64,
-        position: &Bound<'py, PyAny>,
-        velocity: Option<&Bound<'py, PyAny>>,
-        position_sigma: Option<&Bound<'py, PyAny>>,
-        velocity_sigma: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<&'static str> {
-        let position = three("position", position)?;
-        let velocity = velocity.map(|v| three("velocity", v)).transpose()?;
-        let fix = Fix {
-            time: t,
-            position: radians(position),
-            velocity: velocity.unwrap_or([f64::NAN; 3]),
-            position_sigma: sigmas("position_sigma", position_sigma, 2.0)?,
-            velocity_sigma: sigmas("velocity_sigma", velocity_sigma, 0.1)?,
-        };
-        let mut this = exclusive(slf)?;
-        Ok(VERDICTS[this.shared.bank.update_gnss(&fix).map_err(NativeError::from)? as usize])
-    }
-
-    /// Takes the speed that wheels tell: when, s, the middle of the time over which it is measured, how
-    /// fast they roll forward, m/s, and its deviation, by default ``speed_sigma``. Their scale, and the yaw
-    /// and pitch of the axis along which they roll, are estimated (``wheel_constants``). A wheel that
-    /// slips, with an innovation of over three deviations, is not believed for ten seconds, then less.
-    /// Returns True if it will be used: not before the heading is known to 0.1 rad, nor if it is
-    /// over a second old or missing. ValueError if the vehicle is not "wheeled", or the deviation
-    /// not positive.
-    #[pyo3(signature = (t, speed, sigma=None))]
-    fn update_wheels(
-        slf: &Bound<'_, Self>,
-        t: f64,
-        speed: Option<f64>,
-        sigma: Option<f64>,
-    ) -> PyResult<bool> {
-        let mut this = exclusive(slf)?;
-        let speed = speed.unwrap_or(f64::NAN);
-        Ok(this.shared.bank.update_wheels(t, speed, sigma).map_err(NativeError::from)?)
-    }
-
-    /// Takes a barometric height above any reference, which is estimated (``height_reference``): when,
-    /// s, m, and its standard deviation, m, by default ``barometer_sigma``. Returns "used", "rejected"
-    /// or "refused". A reading that disagrees with the filter is rejected, and so are those after a
-    /// disturbance until they agree for a second; if they disagree by a constant amount for three, the
-    /// reference has changed. One is refused if it is over a second old, a tenth of a second ahead of the
-    /// sensors, not later than the one before, or missing. ValueError if ``sigma`` is not positive.
-    #[pyo3(signature = (t, height, sigma=None))]
-    fn update_height(
-        slf: &Bound<'_, Self>,
-        t: f64,
-        height: Option<f64>,
-        sigma: Option<f64>,
-    ) -> PyResult<&'static str> {
-        aided(slf, t, Reading::Height(height.unwrap_or(f64::NAN)), one_sigma(sigma))
-    }
-
-    /// Takes a pressure, Pa, as a height of the standard atmosphere, and as ``update_height`` does; its
-    /// standard deviation is in Pa. One below 5474.89 or above 115000 Pa is refused: hPa and kPa are.
-    #[pyo3(signature = (t, pressure, sigma=None))]
-    fn update_pressure(
-        slf: &Bound<'_, Self>,
-        t: f64,
-        pressure: Option<f64>,
-        sigma: Option<f64>,
-    ) -> PyResult<&'static str> {
-        aided(slf, t, Reading::Pressure(pressure.unwrap_or(f64::NAN)), one_sigma(sigma))
-    }
-
-    /// Takes the heading of the body's forward axis from a compass: when, s, true north over east, rad,
-    /// and its standard deviation, rad. Its constant offset is estimated (``compass_offset``). Before
-    /// the first fix it is the heading if none is known. A reading that disagrees with the filter is
-    /// rejected, and so are those after a disturbance until they agree for two seconds; if they
-    /// disagree by a constant amount for ten, the offset has changed. A value that stays the same to the
-    /// bit for two seconds while the vehicle moves is that of a frozen compass. Returns as
-    /// ``update_height``; a heading beyond 4 pi, or of a forward axis within 10 deg of the vertical, is
-    /// refused.
-    #[pyo3(signature = (t, heading, sigma=None), text_signature = "($self, t, heading, sigma=0.05)")]
-    fn update_heading(
-        slf: &Bound<'_, Self>,
-        t: f64,
-        heading: Option<f64>,
-        sigma: Option<f64>,
-    ) -> PyResult<&'static str> {
-        aided(slf, t, Reading::Heading(heading.unwrap_or(f64::NAN)), one_sigma(sigma))
-    }
-
-    /// Takes the vector from the first to the second antenna: when, s, north, east, down, m, (3,); the
-    /// same in body axes, m, (3,), by default that of the constructor; its standard deviation, m, one or
-    /// three axes. It is rejected unless it is as long as ``baseline``, and agrees with the filter, also
-    /// on average; after a disturbance it must agree for two seconds. Returns as ``update_height``. ValueError if no baseline is given.
-    #[pyo3(signature = (t, vector, baseline=None, sigma=None),
-        text_signature = "($self, t, vector, baseline=None, sigma=0.02)")]
-    fn update_baseline<'py>(
-        slf: &Bound<'py, Self>,
-        t: f64,
-        vector: &Bound<'py, PyAny>,
-        baseline: Option<&Bound<'py, PyAny>>,
-        sigma: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<&'static str> {
-        let vector = three("vector", vector)?;
-        let baseline = baseline.map(|given| three("baseline", given)).transpose()?;
-        let sigma = sigmas("sigma", sigma, f64::NAN)?;
-        aided(slf, t, Reading::Baseline(vector, baseline), sigma)
-    }
-
-    /// Takes a recording with a gyro and an accelerometer on one clock, and the fixes of a receiver;
-    /// returns the `Track`: what a loop over ``update`` and ``update_gnss`` would have said after each
-    /// sample, and the smoother. ``rest``, bool (n,), says where the vehicle is known to stand,
-    /// ``wheel_speed``, (n,), how fast its wheels roll, m/s, NaN where they do not tell, or `Wheels` with
-    /// times and deviations of their own; ``time_offset``, a number or a `TimeOffset`, is added to the times
-    /// of the fixes, s. ``height``, ``pressure``, ``heading`` and ``baseline``, (n,) or (n, 3), NaN where
-    /// there is no reading, or `Aid` with times and deviations of its own, are the readings of aids.
-    /// After each sample come the wheels that are due, then the aids in the order of their times, then
-    /// the fixes. ``keep="track"`` leaves out what the smoother needs, about 2.5 kB a step of the
-    /// covariance and 1.7 more where wheels, antenna or aids are estimated: for long records.
+    /// Process a recording with a gyro and an accelerometer on one clock, and the fixes of a
+    /// receiver. Return the `Track`, equal to a loop over ``update`` and ``update_gnss``, with its
+    /// smoother. ``rest``, bool (n,), is True where the vehicle is known to stand; ``wheel_speed``,
+    /// (n,), is the speed of its wheels, m/s, NaN where unknown, or `Wheels` with times and
+    /// standard deviations; ``time_offset``, a number or a `TimeOffset`, is added to the times of
+    /// the fixes, s. ``height``, ``pressure``, ``heading`` and ``baseline`` are readings of aids at the
+    /// samples, (n,) or (n, 3), NaN where there is none, or `Aid` with times and standard deviations.
+    /// After each sample the wheel speeds that are due are processed, then readings of aids in the
+    /// order of their times, then fixes. ``keep="track"`` leaves out the data for the smoother, about
+    /// 2.5 kB per step of the covariance and 1.7 kB more if wheels, antenna or constants of aids are
+    /// estimated: for long records.
     #[pyo3(
         signature = (
             imu, gnss=None, *, rest=None, wheel_speed=None, time_offset=None, keep="all",
@@ -364,8 +431,6 @@ impl NavigationFilter {
         text_signature = "($self, imu, gnss=None, *, rest=None, wheel_speed=None, \
             time_offset=0.0, keep='all', height=None, pressure=None, heading=None, baseline=None)"
     )]
-    // The arguments are those of the method in Python.
-    #[allow(clippy::too_many_arguments)]
     fn process<'py>(
         slf: &Bound<'py, Self>,
         imu: &Bound<'py, PyAny>,
@@ -390,16 +455,17 @@ impl NavigationFilter {
 
     /// Do the work of ``process`` with arrays: times (n,), samples (n, 3), and of m fixes the rows
     /// time, position (deg, deg, m), velocity, standard deviations of both, shape (m, 13), NaN for
-    /// what a fix lacks. ``wheel_speed`` has a speed for each sample, (n,), or rows of time, speed
+    /// missing values. ``wheel_speed`` has a speed for each sample, (n,), or rows of time, speed
     /// and standard deviation, (w, 3), in order. ``aids`` has rows of kind (0 height, 1 pressure, 2
-    /// heading, 3 baseline), time, reading and standard deviation of three axes, (a, 8), in order, NaN
-    /// for what is not there. A fix is taken after the first sample that is not before it, after the
-    /// aids and wheels that are due. Returns by name the state after each sample, with the bits of its
-    /// ``usable`` outputs, of each reading its ``aid_verdict``, ``aid_nis`` and ``aid_taken``, and of each fix
-    /// its ``verdict`` (used, rejected, refused, or 3 if it comes after the last sample), ``nis``
-    /// (m, 2), the ``innovation`` of each axis of position and velocity (m, 6), its standard
-    /// deviation ``innovation_sigma`` (m, 6), and the time at which it was ``taken``, s; with
-    /// ``record`` also the record for the smoother, else None. The interpreter lock is released.
+    /// heading, 3 baseline), time, reading and standard deviation of three axes, (a, 8), in order,
+    /// NaN for missing values. Wheel speeds, readings and fixes, in this order, are processed after
+    /// the first sample that is not earlier. Returns by name the state after each sample, with the
+    /// bits of its ``usable`` outputs, of each reading ``aid_verdict``, ``aid_nis`` and
+    /// ``aid_taken``, and of each fix its ``verdict`` (used, rejected, refused, or 3 if it comes after the last sample),
+    /// ``nis`` (m, 2), the ``innovation`` of each axis of position and velocity (m, 6), its
+    /// standard deviation ``innovation_sigma`` (m, 6), and the time at which it was ``taken``, s;
+    /// with ``record`` also the record for the smoother, else None. The interpreter lock is
+    /// released.
     #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false, wheel_speed=None, aids=None))]
     // The arguments are those of the method in Python.
     #[allow(clippy::too_many_arguments)]
@@ -414,21 +480,66 @@ impl NavigationFilter {
         wheel_speed: Option<&Bound<'py, PyAny>>,
         aids: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyDict>, Option<NavigationRecord>)> {
-        let given = [Some(gyro), Some(accel)];
-        let [gyro, accel] = arrays::taken(slf, ["gyro", "accel"], given)?;
-        let (py, mut this) = (slf.py(), exclusive(slf)?);
-        let time = arrays::named("time", time, "(n,)", |found| found.len() == 1)?.values;
+        let [gyro, accel] = &arrays::taken(slf, ["gyro", "accel"], [Some(gyro), Some(accel)])?;
+        let given = Arrays { time, gyro, accel, fixes, rest, wheel_speed, aids };
+        let mut steps = Record::default();
+        let mut this = exclusive(slf)?;
+        let outputs =
+            given.run(slf.py(), &mut this.shared, |batch, filter, piece, next, known| {
+                if record {
+                    let mut observed = Observed { filter, observer: &mut steps };
+                    return batch.run(&mut observed, piece, next, known);
+                }
+                batch.run(filter, piece, next, known)
+            })?;
+        steps.validate().map_err(NativeError::from)?;
+        Ok((outputs, record.then_some(NavigationRecord { steps })))
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        Ok(format!("NavigationFilter({})", reading(slf)?.shared.words().join(", ")))
+    }
+}
+
+/// A record as Python gives it.
+pub struct Arrays<'a, 'py> {
+    pub time: &'a Bound<'py, PyAny>,
+    pub gyro: &'a Bound<'py, PyAny>,
+    pub accel: &'a Bound<'py, PyAny>,
+    pub fixes: &'a Bound<'py, PyAny>,
+    pub rest: Option<&'a Bound<'py, PyAny>>,
+    pub wheel_speed: Option<&'a Bound<'py, PyAny>>,
+    pub aids: Option<&'a Bound<'py, PyAny>>,
+}
+
+impl<'py> Arrays<'_, 'py> {
+    /// Gives the record to an object's navigator, piece by piece.
+    pub fn run<N: Clone + Send>(
+        &self,
+        py: Python<'py>,
+        navigator: &mut Navigator<N>,
+        mut run: impl FnMut(
+            &Batch<'_>,
+            &mut N,
+            Range<usize>,
+            &mut Next,
+            &mut Known<'_>,
+        ) -> Result<(), Error>
+        + Send,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let time = arrays::named("time", self.time, "(n,)", |found| found.len() == 1)?.values;
         let n = time.len();
         let expected = format!("({n}, 3)");
         let fits = |found: &[usize]| found == [n, 3];
-        let gyro = arrays::named("gyro", &gyro, &expected, fits)?.values;
-        let accel = arrays::named("accel", &accel, &expected, fits)?.values;
+        let gyro = arrays::named("gyro", self.gyro, &expected, fits)?.values;
+        let accel = arrays::named("accel", self.accel, &expected, fits)?.values;
         let many = |found: &[usize]| found.len() == 2 && found[1] == FIX;
-        let fixes = arrays::named("fixes", fixes, "(m, 13)", many)?.values;
-        let rest = rest.map(|rest| arrays::flags("rest", rest, n)).transpose()?.unwrap_or_default();
-        let wheels = wheel_speed.map(|given| rollings(given, &time)).transpose()?;
+        let fixes = arrays::named("fixes", self.fixes, "(m, 13)", many)?.values;
+        let rest =
+            self.rest.map(|rest| arrays::flags("rest", rest, n)).transpose()?.unwrap_or_default();
+        let wheels = self.wheel_speed.map(|given| rollings(given, &time)).transpose()?;
         let wheels = wheels.unwrap_or_default();
-        let aids = aids.map(aids_of).transpose()?.unwrap_or_default();
+        let aids = self.aids.map(aids_of).transpose()?.unwrap_or_default();
         let rows = fixes.as_chunks::<FIX>().0;
         let mut fixes = memory::room(rows.len()).map_err(NativeError::from)?;
         fixes.extend(rows.iter().map(fix_of));
@@ -443,147 +554,20 @@ impl NavigationFilter {
         };
         let outputs = Outputs::new(py, n, fixes.len(), aids.len())?;
         // A batch that is interrupted or fails leaves the filter as it was.
-        let (mut filter, mut steps) = (this.shared.bank.clone(), Record::default());
+        let mut bank = navigator.bank.clone();
         outputs.with(|known| {
             let mut next = Next::default();
             for first in (0..n).step_by(PIECE) {
                 let piece = first..n.min(first + PIECE);
-                let done = py.detach(|| match record {
-                    true => batch.run(&mut filter, piece, &mut next, known, &mut steps),
-                    false => batch.run(&mut filter, piece, &mut next, known, &mut ()),
-                });
+                let done = py.detach(|| run(&batch, &mut bank, piece, &mut next, known));
                 done.map_err(NativeError::from)?;
                 py.check_signals()?;
             }
             Ok(())
         })?;
-        steps.validate().map_err(NativeError::from)?;
-        this.shared.bank = filter;
-        Ok((outputs.into_dict(py)?, record.then_some(NavigationRecord { steps })))
+        navigator.bank = bank;
+        outputs.into_dict(py)
     }
-
-    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
-        let this = reading(slf)?;
-        let params = this.shared.bank.params();
-        let of = |v: &[f64; 3]| format!("({:?}, {:?}, {:?})", v[0], v[1], v[2]);
-        let mut words = vec![STATUSES[this.shared.bank.status() as usize].to_owned()];
-        if params.antenna != [0.0; 3] {
-            words.push(format!("antenna={}", of(&params.antenna)));
-        }
-        if let Some(wheels) = &params.wheels {
-            words.push(format!("vehicle='wheeled', axle={}", of(&wheels.axle)));
-        }
-        words.push(format!(
-            "gate={}, adapt='{}'",
-            text(params.gate),
-            ADAPTS[params.adapt as usize]
-        ));
-        Ok(format!("NavigationFilter({})", words.join(", ")))
-    }
-}
-
-getters! { NavigationFilter, slf, py, this;
-    /// Latitude and longitude, deg, and height, m, of the sensor; NaN before the first fix: (3,).
-    position: Object<'py> = arrays::small(py, &degrees(this.shared.bank.snapshot().position));
-    /// North, east and down, m/s; NaN before the first fix: (3,).
-    velocity: Object<'py> = arrays::small(py, &this.shared.bank.snapshot().velocity);
-    /// Quaternion w, x, y, z from the body's axes to north, east, down: (4,).
-    quaternion: Object<'py> = arrays::small(py, &this.shared.bank.snapshot().quaternion);
-    /// Bias of the gyro, rad/s: (3,).
-    gyro_bias: Object<'py> = arrays::small(py, &this.shared.bank.snapshot().gyro_bias);
-    /// Bias of the accelerometer, m/s^2: (3,).
-    accel_bias: Object<'py> = arrays::small(py, &this.shared.bank.snapshot().accel_bias);
-    /// Standard deviations at the last step of the covariance: position and velocity north, east and
-    /// down, m and m/s, orientation about these axes, rad, biases of gyro and accelerometer, rad/s and
-    /// m/s^2; NaN before the first fix: (15,).
-    sigma: Object<'py> = arrays::small(py, &this.shared.bank.snapshot().sigma);
-    /// Covariance of the errors at its last step, in the order of ``sigma``; that of the velocity is
-    /// ``v_estimated - exp(-[phi x]) v`` with phi the error of the orientation, those of biases are true
-    /// less estimated: (15, 15).
-    covariance: Object<'py> = {
-        let covariance = this.shared.bank.covariance();
-        let places = (0..STATES * STATES).map(|k| covariance.at(k / STATES, k % STATES));
-        arrays::array(py, places.collect(), &[STATES, STATES])?
-    };
-    /// Scale of the wheels, and yaw and pitch, rad, of the axis along which they roll: they roll
-    /// (1 + scale) times as fast as they tell; NaN before they tell anything: (3,).
-    wheel_constants: Object<'py> = arrays::small(py, &this.shared.bank.wheels()[0]);
-    /// Standard deviations of ``wheel_constants``: (3,).
-    wheel_constants_sigma: Object<'py> = arrays::small(py, &this.shared.bank.wheels()[1]);
-    /// Normalised innovations squared of the last position and velocity, 3 on average in a filter that
-    /// is consistent; NaN before the first: (2,).
-    nis: Object<'py> = arrays::small(py, &this.shared.bank.nis());
-    /// Standard deviations of the receiver that the innovations show, position and velocity, m and m/s;
-    /// NaN until ten pairs of fixes were seen: (2, 3).
-    learned_sigma: Object<'py> = {
-        let learned = this.shared.bank.learned_noise();
-        arrays::array(py, learned.concat(), &[2, 3])?
-    };
-    /// "waiting" for a fix, "no heading", "navigating", "coasting" without fixes for two seconds, or
-    /// "missing": without samples of a sensor for a tenth of a second.
-    status: &'static str = STATUSES[this.shared.bank.status() as usize];
-    /// From the sensor to the antenna, body axes, m, as far as is known: (3,).
-    antenna: Object<'py> = arrays::small(py, &this.shared.bank.antenna()[0]);
-    /// Standard deviations of ``antenna``, 0 if it is not estimated: (3,).
-    antenna_sigma: Object<'py> = arrays::small(py, &this.shared.bank.antenna()[1]);
-    /// Time of the last sample, s; NaN before the first.
-    time: f64 = this.shared.bank.time();
-    /// Samples of the sensors to date, missing ones included.
-    samples_seen: u64 = this.shared.bank.samples_seen();
-    /// Fixes to date by what became of them: "used", "rejected", "refused".
-    fix_count: Bound<'py, PyDict> = {
-        let FixCounts { used, rejected, refused, .. } = *this.shared.bank.fixes();
-        let [one, two, three] = VERDICTS;
-        named(py, [(one, used), (two, rejected), (three, refused)])?
-    };
-    /// Counts of fixes that the gate has rejected to date: "positions" and "velocities".
-    rejected_count: Bound<'py, PyDict> = {
-        let [positions, velocities] = this.shared.bank.fixes().rejected_of;
-        named(py, [("positions", positions), ("velocities", velocities)])?
-    };
-    /// Barometric less ellipsoidal height, m; NaN before the first reading.
-    height_reference: f64 = this.shared.bank.height_reference()[0];
-    /// Standard deviation of ``height_reference``.
-    height_reference_sigma: f64 = this.shared.bank.height_reference()[1];
-    /// Reading of the compass minus the true heading, rad; NaN before the first reading.
-    compass_offset: f64 = this.shared.bank.compass_offset()[0];
-    /// Standard deviation of ``compass_offset``.
-    compass_offset_sigma: f64 = this.shared.bank.compass_offset()[1];
-    /// Readings to date of "barometer", "compass" and "baseline" by what became of them: "used",
-    /// "rejected", "refused".
-    aid_count: Bound<'py, PyDict> = {
-        let counts = |report: &AidReport| {
-            let [used, rejected, refused] = report.counts;
-            let [one, two, three] = VERDICTS;
-            named(py, [(one, used), (two, rejected), (three, refused)])
-        };
-        of_aids(py, &this.shared.bank, counts)?
-    };
-    /// Normalised innovation squared of the last reading of each aid, 1 on average, 3 of a baseline;
-    /// NaN before the first.
-    aid_nis: Bound<'py, PyDict> = of_aids(py, &this.shared.bank, |report| Ok(report.nis))?;
-    /// Standard deviation of each aid that the innovations show, m, rad and m; NaN until ten pairs
-    /// of readings were seen.
-    aid_sigma: Bound<'py, PyDict> = of_aids(py, &this.shared.bank, |report| Ok(report.sigma))?;
-    /// True for each aid whose readings are rejected until they agree with the filter again.
-    aid_disturbed: Bound<'py, PyDict> = of_aids(py, &this.shared.bank, |report| Ok(report.disturbed))?;
-    /// True for each output whose standard deviation is within its limit; once lost, from 0.7 of it.
-    usable: Bound<'py, PyDict> = {
-        let bits = this.shared.bank.usable();
-        named(py, core::array::from_fn::<_, 5, _>(|k| (OUTPUTS[k], bits >> k & 1 == 1)))?
-    };
-    /// Standard deviations up to which outputs are usable.
-    limits: Bound<'py, PyDict> = {
-        let limits = this.shared.bank.params().limits;
-        named(py, core::array::from_fn::<_, 5, _>(|k| (OUTPUTS[k], limits[k])))?
-    };
-    /// Number of moves of the filter to the positions, after ten in a row that were rejected.
-    move_count: u64 = this.shared.bank.fixes().moved;
-    /// Time of the last move, s, and its distance, m; None before the first.
-    last_move: Option<(f64, f64)> = {
-        let FixCounts { moved, last_move: [at, by], .. } = *this.shared.bank.fixes();
-        (moved > 0).then_some((at, by))
-    };
 }
 
 fn named<'py, T: IntoPyObject<'py>, const N: usize>(
@@ -595,63 +579,6 @@ fn named<'py, T: IntoPyObject<'py>, const N: usize>(
         found.set_item(name, value)?;
     }
     Ok(found)
-}
-
-/// One value for each aid.
-fn of_aids<'py, T: IntoPyObject<'py>>(
-    py: Python<'py>,
-    filter: &Core,
-    of: impl Fn(&AidReport) -> PyResult<T>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let [one, two, three] = filter.aids();
-    let [first, second, third] = AID_SENSORS;
-    named(py, [(first, of(&one)?), (second, of(&two)?), (third, of(&three)?)])
-}
-
-fn aided(
-    slf: &Bound<'_, NavigationFilter>,
-    time: f64,
-    reading: Reading,
-    sigma: [f64; 3],
-) -> PyResult<&'static str> {
-    let mut this = exclusive(slf)?;
-    let aid = Aid { time, reading, sigma };
-    Ok(VERDICTS[this.shared.bank.update_aid(&aid).map_err(NativeError::from)? as usize])
-}
-
-/// NaN for a standard deviation that is not given; one that is NaN is no number.
-fn one_sigma(given: Option<f64>) -> [f64; 3] {
-    [given.map_or(f64::NAN, |sigma| if sigma.is_nan() { 0.0 } else { sigma }); 3]
-}
-
-/// The usual limits, or those given.
-fn limits_of(given: Option<&Bound<'_, PyDict>>, wheeled: bool) -> PyResult<Limits> {
-    let mut limits = if wheeled { WHEELED_LIMITS } else { LIMITS };
-    for (name, limit) in given.into_iter().flatten() {
-        let name: String = name.extract()?;
-        limits[choice("limits", &name, &OUTPUTS)?] = limit.extract()?;
-    }
-    Ok(limits)
-}
-
-/// Numbers of a reading: kind, time, values and standard deviations.
-const AID: usize = 8;
-
-fn aids_of(given: &Bound<'_, PyAny>) -> PyResult<Vec<Aid>> {
-    let fits = |found: &[usize]| found.len() == 2 && found[1] == AID;
-    let rows = arrays::named("aids", given, "(a, 8)", fits)?.values;
-    let rows = rows.as_chunks::<AID>().0;
-    let mut aids = memory::room(rows.len()).map_err(NativeError::from)?;
-    for [kind, time, x, y, z, sigma @ ..] in rows {
-        let reading = match *kind as u8 {
-            0 => Reading::Height(*x),
-            1 => Reading::Pressure(*x),
-            2 => Reading::Heading(*x),
-            _ => Reading::Baseline([*x, *y, *z], None),
-        };
-        aids.push(Aid { time: *time, reading, sigma: *sigma });
-    }
-    Ok(aids)
 }
 
 /// Numbers of a fix: time, position, velocity and deviations of both.

@@ -22,28 +22,30 @@ use crate::common::work::in_pieces;
 /// Numbers in a sample: position, speed, strength, rest and the time since the sample before.
 const WIDTH: usize = 7;
 
-/// Positions from the fixes of a receiver that stands or moves slowly, without most of their wandering.
+/// Position filter for a receiver that stands or moves slowly, which removes most of the fixes'
+/// wandering.
 ///
-/// A fix is metres east and north of some point near by. Optional inputs: ``speed``, the Doppler
+/// A fix is a position east and north of a nearby point, m. Optional inputs: ``speed``, the Doppler
 /// velocity east and north in m/s; ``cn0``, the strength of the signals in dB-Hz; ``rest``, True if
 /// the platform is known to stand, from a ``RestDetector`` or a wheel.
 ///
-/// - **aided** uses all of them: Doppler moves the position, rest lets it stand, fixes of weak signals
-///   count less, and the slow error of the receiver is a state, so that its wandering is not followed.
-/// - **moving_average** is the mean of the last ``window`` fixes: late by half of them in motion.
+/// - **aided** uses all of them: Doppler moves the position, rest stops it, fixes of weak signals
+/// have less weight, and the slow error of the receiver is a state, so its wandering is not
+/// followed. - **moving_average** is the mean of the last ``window`` fixes, delayed by half of them
+/// in motion.
 /// - **kalman** assumes a constant velocity with a white acceleration.
 /// - **heading** rejects a step shorter than ``step`` that turns the course by more than ``turn``.
-/// - **strength** is "kalman" with fixes of weak signals trusted less: a variance of ``sigma**2 *
-///   10**((45 - cn0) / 10)`` below 45 dB-Hz (the sigma-epsilon form).
+/// - **strength** is "kalman" with less weight for fixes of weak signals: a variance of ``sigma**2
+/// * 10**((45 - cn0) / 10)`` below 45 dB-Hz (the sigma-epsilon form).
 ///
 /// The last four are from papers and serve for comparison. **None of them removes the slow error
-/// itself**: an error of metres that lasts for minutes looks like a position. It is averaged over
-/// the time of observation.
+/// itself**: an error of metres that lasts for minutes looks like a position. Only a long time of
+/// observation averages it out.
 ///
 /// Missing values are NaN or None. A missing fix is predicted, not corrected; a missing velocity is
-/// the last one, with an uncertainty of ``acceleration`` times the time since; a missing strength
-/// counts as strong. A method ignores inputs that it does not use. Before the first fix NaN is
-/// returned. One object serves one thread at a time.
+/// replaced by the last one, with a standard deviation of ``acceleration`` times its age; a missing
+/// strength counts as strong. A method ignores inputs that it does not use. Before the first fix
+/// NaN is returned. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -52,12 +54,12 @@ const WIDTH: usize = 7;
 /// method : {"aided", "moving_average", "kalman", "heading", "strength"}, default "aided"
 ///     Method of filtering.
 /// channels : int, optional
-///     Number of receivers side by side; ``None`` is a single one.
+///     Number of receivers; ``None`` is a single one.
 /// window : int, default 10
 ///     Of "moving_average": fixes, 1 to 64.
 /// sigma : float, default 0.7
-///     Of "aided", "kalman" and "strength": white noise of a fix of strong signals, an axis, m. A
-///     small one follows the fixes.
+/// Of "aided", "kalman" and "strength": white noise of a fix with strong signals, per axis, m. A
+/// small one follows the fixes.
 /// process_noise : float, default 0.5
 ///     Of "kalman" and "strength": power spectral density of the acceleration, m^2/s^3. A small one
 ///     smooths and lags in turns.
@@ -67,7 +69,7 @@ const WIDTH: usize = 7;
 ///     Of "aided": slow error of the receiver, an axis, m, and its correlation time, s. Large ones
 ///     trust the fixes less.
 /// speed_sigma : float, default 0.1
-///     Of "aided": white noise of the Doppler velocity, an axis, m/s.
+///     Of "aided": white noise of the Doppler velocity, per axis, m/s.
 /// acceleration : float, default 1.0
 ///     Of "aided": rate of change of the velocity while it is unknown, m/s^2.
 ///
@@ -126,9 +128,10 @@ impl PositionFilter {
         Ok(bank.map_err(NativeError::from)?)
     }
 
-    /// Takes a fix, returns the position, m east and north: (2,) to (2,), with channels (k, 2) to
-    /// (k, 2). ``speed`` is of the shape of ``position``, ``cn0`` and ``rest`` are a number and a bool,
-    /// with channels (k,); ``dt`` is the time since the fix before, s, by default one period.
+    /// Process a fix and return the position, m east and north: (2,) to (2,), with channels (k, 2)
+    /// to (k, 2). ``speed`` is of the shape of ``position``, ``cn0`` and ``rest`` are a number and
+    /// a bool, with channels (k,); ``dt`` is the time since the previous fix, s, by default one
+    /// period.
     #[pyo3(signature = (position, speed=None, cn0=None, rest=None, dt=None))]
     fn update<'py>(
         slf: &Bound<'py, Self>,
@@ -170,9 +173,9 @@ impl PositionFilter {
         this.shared.process_samples(slf.py(), Samples::Copied(batch), out, threads)
     }
 
-    /// Like ``process``, but returns all that was known after each fix, as arrays by name: position,
-    /// velocity and receiver_error (n, 2), sigma, missing and held (n,); with channels (n, k, …).
-    /// ``missing`` says where there was no fix, ``held`` where "heading" did not take it.
+    /// Like ``process``, but return all estimates after each fix, as arrays by name:
+    /// position, velocity and receiver_error (n, 2), sigma, missing and held (n,); with channels
+    /// (n, k, …). ``missing`` marks missing fixes, ``held`` fixes ignored by "heading".
     #[pyo3(signature = (position, speed=None, cn0=None, rest=None, dt=None))]
     fn trace<'py>(
         slf: &Bound<'py, Self>,
@@ -222,18 +225,18 @@ impl PositionFilter {
 getters! { PositionFilter, slf, py, this;
     /// East and north, m, NaN before the first fix: (2,), with channels (k, 2).
     position: Object<'py> = each(slf, &[2], |known| known.position.to_vec())?;
-    /// Standard deviation of ``position``, an axis, m; NaN for "moving_average" and "heading": float,
-    /// with channels (k,).
+    /// Standard deviation of ``position`` per axis, m; NaN for "moving_average" and "heading":
+    /// float, with channels (k,).
     sigma: Object<'py> = each(slf, &[], |known| vec![known.sigma])?;
-    /// Velocity east and north, m/s: of "aided" the last that was given, zero at rest; NaN for
+    /// Velocity east and north, m/s: for "aided" the last given one, zero at rest; NaN for
     /// "moving_average" and "heading": (2,), with channels (k, 2).
     velocity: Object<'py> = each(slf, &[2], |known| known.velocity.to_vec())?;
-    /// Slow error that "aided" takes the receiver to have, m east and north, else NaN: (2,), with
+    /// Slow error of the receiver estimated by "aided", m east and north, else NaN: (2,), with
     /// channels (k, 2).
     receiver_error: Object<'py> = each(slf, &[2], |known| known.receiver_error.to_vec())?;
     /// True if the last fix was missing: bool, with channels (k,).
     missing: Object<'py> = this.shared.each(py, |one| one.snapshot().missing)?;
-    /// True if "heading" did not take the last fix: bool, with channels (k,).
+    /// True if "heading" ignored the last fix: bool, with channels (k,).
     held: Object<'py> = this.shared.each(py, |one| one.snapshot().held)?;
     /// Fixes to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();

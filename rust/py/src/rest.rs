@@ -11,12 +11,12 @@ use crate::common::errors::NativeError;
 use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 
-/// Detection of a gyro's rest, by its own output alone while samples arrive.
+/// Live detection of rest from a gyro's own output.
 ///
 /// Samples are grouped into ticks of a quarter of a second, four samples at least. The detector
 /// learns the variance within a tick at rest, and the distance of a tick's level from averages of
 /// 1, 4 and 16 s. A tick that chance exceeds once in a million ends the rest; 1.5 s near the level
-/// of the last rest begin the next. Nothing depends on the unit, nor on a constant added.
+/// of the last rest begin the next. Results do not depend on the unit, nor on an added constant.
 ///
 /// The start counts as rest after 1.5 s that look like noise. If that proves wrong within 10 s,
 /// only a level that has lasted for 10 s counts as rest. Slow rotation at a constant rate and a
@@ -32,9 +32,9 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second.
+///     Samples per second.
 /// channels : int, optional
-///     Number of signals side by side; ``None`` is a single one.
+///     Number of signals; ``None`` is a single one.
 /// rest_limit : float, optional
 ///     Standard deviation of the samples within a tick above which a sensor cannot be at rest, in
 ///     the samples' unit; the means of six ticks spread by three tenths of it at most. 10 deg/s
@@ -53,8 +53,8 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// >>> z = np.random.default_rng(1).standard_normal(6000)
 /// >>> z[3000:4000] += 50.0 * np.sin(np.arange(1000) / 100.0)
 /// >>> rest = zr.RestDetector(rate=100.0).process(z)
-/// >>> (np.flatnonzero(np.diff(rest)) + 1).tolist()  # begins at 1.5 s, ends at 30.25, begins at 41.5
-/// [149, 3024, 4149]
+/// >>> (np.flatnonzero(np.diff(rest)) + 1).tolist()  # begins at 1.5 s, ends at 30.25, begins at
+/// 41.5 [149, 3024, 4149]
 #[pyclass(generic, module = "zerorate")]
 #[derive(Debug)]
 pub struct RestDetector {
@@ -63,11 +63,11 @@ pub struct RestDetector {
 
 streaming!(
     RestDetector,
-    update: "Takes one sample, returns whether the sensor rests: float to bool, with channels (k,)
-    to (k,). ``moving`` says that the body is known to move, as a ``MotionDetector`` tells.",
-    process: "Whether the sensor rests after each sample of a batch: (n,) to (n,), with channels
-    (n, k) to (n, k), bool; the interpreter lock is released. ``moving``, bool, (n,), is where the
-    body is known to move, as a ``MotionDetector`` tells; one thread does it then.",
+    update: "Process one sample and return True if the sensor rests: float to bool, with channels
+    (k,) to (k,). ``moving`` states that the body moves, as a ``MotionDetector`` finds.",
+    process: "Return the mask of rest after each sample of a batch: (n,) to (n,), with channels
+    (n, k) to (n, k), bool; the interpreter lock is released. ``moving``, bool, (n,), is True where
+    the body moves, as a ``MotionDetector`` finds; a single thread is then used.",
     moving
 );
 streaming!(@bank RestDetector, Core<f64>);
@@ -104,7 +104,7 @@ impl RestDetector {
 getters! { RestDetector, slf, py, this;
     /// True if the sensor rests: bool, with channels (k,).
     at_rest: Object<'py> = this.shared.each(py, Core::at_rest)?;
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.first().rate();
 }
 
@@ -114,7 +114,7 @@ impl RestDetector {
     }
 }
 
-/// Detection of a body's motion, by its accelerometer alone while samples arrive.
+/// Live detection of a body's motion from its accelerometer alone.
 ///
 /// A gyro that turns slowly at a constant rate has the same output as a biased one at rest. In the
 /// axes of a turning body gravity turns, too, unless the rotation is about the vertical. Means of
@@ -125,15 +125,15 @@ impl RestDetector {
 /// the time of its detection, and, for a minute at most, when the samples are about as quiet as
 /// before it. True means that the body moves, False that its motion is unknown.
 ///
-/// Nothing depends on the unit, nor on the axes. A sample with an axis that is not finite is
+/// Any unit and any axes will do. A sample with an axis that is not finite is
 /// missing. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second.
+///     Samples per second.
 /// channels : int, optional
-///     Number of accelerometers side by side; ``None`` is a single one.
+///     Number of accelerometers in parallel; ``None`` is a single one.
 ///
 /// Raises
 /// ------
@@ -154,7 +154,7 @@ impl RestDetector {
 /// >>> bool(moving[:6000].any()), float(moving[6200:].mean()) > 0.9
 /// (False, True)
 ///
-/// What it knows keeps a turn from being learned as a bias:
+/// With its result a drift filter does not learn a turn as a bias:
 /// >>> plain, held = zr.DriftFilter(rate=100.0), zr.DriftFilter(rate=100.0)
 /// >>> _, _ = plain.process(gyro), held.process(gyro, moving=moving)
 /// >>> round(plain.bias, 1), round(held.bias, 1)
@@ -167,9 +167,9 @@ pub struct MotionDetector {
 
 streaming!(
     MotionDetector,
-    update: "Takes one sample of the accelerometer, returns whether the body moves: (3,) to bool,
+    update: "Takes one sample of the accelerometer and returns True if the body moves: (3,) to bool,
     with channels (k, 3) to (k,).",
-    process: "Whether the body moves after each sample of a batch: (n, 3) to (n,), with channels
+    process: "True where the body moves, after each sample of a batch: (n, 3) to (n,), with channels
     (n, k, 3) to (n, k), bool; the interpreter lock is released.",
     out
 );
@@ -196,7 +196,7 @@ impl MotionDetector {
 getters! { MotionDetector, slf, py, this;
     /// True if the body is known to move: bool, with channels (k,).
     moving: Object<'py> = this.shared.each(py, MotionCore::is_moving)?;
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.first().rate();
 }
 
@@ -206,7 +206,7 @@ getters! { MotionDetector, slf, py, this;
 /// Parameters
 /// ----------
 /// means : array_like, shape (n, 6)
-///     Mean rate, rad/s, and mean force, m/s^2, of each tick; NaN where missing, which ends a stretch.
+/// Mean rate, rad/s, and mean force, m/s^2, of each tick; NaN where missing, which ends a stretch.
 /// gyro, accel : float
 ///     How far they vary over the three axes, rad/s and m/s^2: their deviation, and half of the
 ///     distance of one from the mean.

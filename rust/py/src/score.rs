@@ -14,7 +14,7 @@ use crate::common::streaming::exclusive;
 /// Measures of k axes while a replay passes: of the raw samples and of each estimate of their
 /// drift.
 ///
-/// Blocks have a row an axis. However a record is cut into them, the measures are the same.
+/// Blocks have one row per axis. However a record is cut into them, the measures are the same.
 ///
 /// Parameters
 /// ----------

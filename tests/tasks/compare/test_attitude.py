@@ -169,9 +169,9 @@ class TestCompare:
         assert values["auto+smooth"]["inclination"] < values["auto"]["inclination"]
         text = format_compare([found])
         assert "\n  auto+smooth‡  " in text
-        assert text.count("‡: uses samples that come later") == 1
+        assert text.count("‡: uses later samples") == 1
         # It was known, not found by trying.
-        assert "given the first half" not in text
+        assert "on the first half" not in text
 
     def test_smoothing_peers_want_whole_records(self, recording):
         gappy = recording.mag.data.copy()

@@ -450,7 +450,7 @@ class TestContaminated:
                 i for i, line in enumerate(lines) if line.startswith(title) and FAULTS in line
             )
             assert "/clean" in lines[at + 1]
-        assert "fed with the contaminated record and scored on the clean one" in text
+        assert "run on the contaminated record, scored on the clean one" in text
 
 
 class TestReport:

@@ -72,7 +72,7 @@ def test_what_looks_ahead_is_marked(tmp_path):
     assert {row.method for row in found.rows if not row.causal} == {"whole", "visushrink"}
     text = " ".join(format_compare([found]).split())
     assert all(f" {name} " in text for name in ("average", "whole‡", "visushrink‡"))
-    assert "whole: given the first half of a record alone, it returned other values" in text
+    assert "whole: on the first half of a record alone it returned other values" in text
     assert "visushrink: given" not in text
 
 
@@ -94,7 +94,7 @@ def test_simulated_gyros_are_in_rad_per_second():
         # Degrees to radians and back: rounding.
         assert one.regret[0, 1] == pytest.approx(one.regret[0, 0], rel=1e-9)
         assert one.causal.tolist() == [True, True, False]
-        assert "whole‡: given the first half" not in format_regret(one)
+        assert "whole‡: on the first half" not in format_regret(one)
         assert " whole‡" in format_regret(one)
 
 

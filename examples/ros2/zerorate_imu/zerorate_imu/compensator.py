@@ -63,7 +63,7 @@ class Compensator:
     options : mapping
         Of `zerorate.DriftFilter`, in rad/s.
     rate : float
-        Samples a second; 0 waits for the first messages and takes it from their stamps.
+        Samples per second; 0 waits for the first messages and takes it from their stamps.
     attitude : bool
         Whether to tell the orientation.
 

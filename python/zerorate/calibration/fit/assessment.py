@@ -51,9 +51,9 @@ _MAX_UNUSED_SHARE: Final = 0.1
 """Part of the turns that may be left out for one reason without advice on it."""
 
 _ADVICE_BY_REASON: Final = {
-    SATURATED: "turn more slowly: the gyro reached the end of its range",
-    GAP: "record without gaps: turns with missing samples were left out",
-    LONG: "turn within a few seconds: longer turns were left out",
+    SATURATED: "rotate more slowly: the gyro reached its range",
+    GAP: "record without gaps: rotations with missing samples were left out",
+    LONG: "finish each rotation within a few seconds: longer rotations were left out",
 }
 _MIN_POSE_SPREAD_RAD: Final = 60 * _DEG
 _MAX_VERTICAL_COSINE: Final = 0.95
@@ -154,7 +154,7 @@ def _size_problems(
             float(np.median([turn.angle for turn in turns])), _MIN_TURN_RAD
         ):
             problems.append(
-                "gravity carried through the turns by the gyro misses by "
+                "gravity propagated through the rotations is off by "
                 f"{miss / _DEG:.1f} deg at the median"
             )
     outliers = int((weights < 0.5).sum())
@@ -172,7 +172,9 @@ def _explain_undetermined(rests: Sequence[Rest], turns: Sequence[Turn]) -> list[
         causes.append(f"all poses lie within {spread / _DEG:.0f} deg")
     vertical = [abs(float(t.axis @ u)) for t, u in _pair_directions(rests, turns)]
     if vertical and np.median(vertical) > _MAX_VERTICAL_COSINE:
-        causes.append("the turns are about the vertical, about which gravity shows nothing")
+        causes.append(
+            "the rotations are about the vertical, about which gravity gives no information"
+        )
     return causes
 
 
@@ -206,11 +208,11 @@ def give_advice(
     max_count = _MAX_UNUSED_SHARE * (len(turns) + len(unused))
     advice += [text for kind, text in _ADVICE_BY_REASON.items() if unused.count(kind) > max_count]
     if any(rest.reason for rest in rests):
-        advice.append("lay the sensor down at rests: it moved in some")
+        advice.append("put the sensor down for rests: it moved in some of them")
     if np.median([rest.stop - rest.start for rest in used]) < _MIN_REST_S:
         advice.append("rest for five seconds in each pose")
     if turns and np.median([turn.angle for turn in turns]) > _MAX_TURN_RAD:
-        advice.append("turn by 60 to 170 degrees: longer turns cost accuracy")
+        advice.append("rotate by 60 to 170 degrees: longer rotations reduce accuracy")
     return advice
 
 

@@ -139,8 +139,8 @@ def _fit_gyro_matrix(record: Record, accel: Floats, bias: Floats) -> Floats:
                 changes.append(up[start + width] - up[start])
     if len(rows) * 3 < 27:
         raise LogError(
-            "the unit of the gyro is not known, and the turns are too few, or too fast, to find "
-            "it; give the unit, or turn more slowly"
+            "the unit of the gyro is not known, and the rotations are too few or too fast to find "
+            "it; give the unit, or rotate more slowly"
         )
     solution, _, rank, values = np.linalg.lstsq(
         np.concatenate(rows), np.concatenate(changes), rcond=None
@@ -148,8 +148,8 @@ def _fit_gyro_matrix(record: Record, accel: Floats, bias: Floats) -> Floats:
     singular = np.linalg.svd(solution.reshape(3, 3), compute_uv=False)
     if rank < 9 or values[-1] < 1e-3 * values[0] or not singular[-1] > 1e-3 * singular[0]:
         raise LogError(
-            "the unit of the gyro is not known, and the turns are about too few axes to find it; "
-            "give the unit, or turn about x, y and z"
+            "the unit of the gyro is not known, and the rotations are about too few axes to find "
+            "it; give the unit, or rotate about x, y and z"
         )
     return np.asarray(solution.reshape(3, 3))
 
@@ -169,8 +169,8 @@ def _find_axes(record: Record) -> Floats:
     for unit, factor in (("deg/s", np.pi / 180.0), ("rad/s", 180.0 / np.pi)):
         if unit != record.gyro.unit and _typical_miss(record, factor * np.eye(3)) < _MAX_MISS_SHARE:
             raise LogError(
-                f"the gyro does not follow gravity in {record.gyro.unit}, the unit that it has; "
-                f"it does in '{unit}'"
+                f"the gyro does not follow gravity in {record.gyro.unit}, its stated unit; it "
+                f"does in '{unit}'"
             )
     candidates = [
         np.diag(signs)[list(order)] for order in permutations(range(3)) for signs in _SIGN_CHOICES

@@ -46,7 +46,7 @@ class Sensor:
     data
         Shape (n, 3), NaN where missing.
     rate, start
-        Samples a second, Hz, and time of the first one, s.
+        Samples per second, Hz, and time of the first one, s.
     unit
         Of the raw samples.
     factor

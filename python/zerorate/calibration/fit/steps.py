@@ -53,18 +53,15 @@ _MAX_JITTER_PERIODS: Final = 0.05
 
 _MAX_CONDITION: Final = 1e6
 _MAX_VARIANCE_RATIO: Final = 1.1
-_CONTRADICTION: Final = (
-    "rests and turns contradict each other: no gyro and accelerometer fit them; check axes, units "
-    "and clocks"
-)
+_CONTRADICTION: Final = "rests and rotations contradict each other: check axes, units and clocks"
 
 _POSES_ADVICE: Final = (
-    "hold it still for five seconds in each of 12 poses or more, and turn it between them"
+    "hold it still for five seconds in each of 12 poses or more, and rotate it between them"
 )
 _REMEDIES: Final = {
-    SATURATED: "turn more slowly, or set a larger range of the gyro",
+    SATURATED: "rotate more slowly, or set a larger range of the gyro",
     LONG: f"rest after each turn, within {MAX_TURN_S:.0f} s",
-    GAP: "turn again where samples of the gyro are missing",
+    GAP: "repeat the rotations with missing gyro samples",
     "turning": "hold it still in each pose; if it was, check the unit of the gyro",
     "force": "hold it still in each pose; if it was, check the accelerometer",
     "clipped": "set a larger range of the accelerometer",
@@ -146,31 +143,30 @@ def _notes(gravity: float | None, logs: Sequence[Log], sensors: Sequence[Sensor]
     notes = []
     if gravity is None:
         notes.append(
-            "gravity was not given: 9.80665 m/s^2 was taken, from which it differs by up to 0.3 % "
-            "over the Earth; the scale of the accelerometer moves by as much"
+            "gravity was not given: 9.80665 m/s^2 is assumed, which may be wrong by up to 0.3 %, "
+            "and so may the accelerometer's scale"
         )
     for log, sensor in zip(logs, sensors, strict=True):
         if not sensor.known:
             notes.append(
-                f"the {sensor.kind} has no known unit: gravity and the turns gave its scale"
+                f"the {sensor.kind} has no known unit: its scale is from gravity and the rotations"
             )
         notes += _outlier_notes(sensor)
         clock = log.meta.get("clock")
         if log.stamps is not None:
             notes.append(
-                f"the clock of the {sensor.kind} wanders: its samples were interpolated "
-                "between their "
-                "stamps to an even one"
+                f"the clock of the {sensor.kind} wanders: its samples were interpolated to a "
+                f"uniform clock"
             )
         if clock is not None and clock.jitter_rms * log.rate > _MAX_JITTER_PERIODS:
             notes.append(
                 f"the stamps of the {sensor.kind} jitter by "
                 f"{100 * clock.jitter_rms * log.rate:.0f} % "
-                "of a period: turns may be worse for it"
+                "of a period, which may reduce the accuracy of rotations"
             )
     notes.append(
-        "errors are those within this record: the bias of a MEMS accelerometer moves by about 1 mg "
-        "from one switching on to the next"
+        "errors are those within this record: the bias of a MEMS accelerometer changes by about 1 "
+        "mg between power-ons"
     )
     return notes
 
@@ -183,10 +179,10 @@ def _outlier_notes(sensor: Sensor) -> list[str]:
     listed = ", ".join(f"{value:.4g}" for value in values[0])
     first = f"{listed} {sensor.unit} at {sensor.start + indices[0] / sensor.rate:.3f} s"
     if indices.size == 1:
-        return [f"a sample of the {sensor.kind} stands alone in a rest and was left out: {first}"]
+        return [f"a sample of the {sensor.kind} is an outlier in a rest and was left out: {first}"]
     return [
-        f"{indices.size} samples of the {sensor.kind} stand alone in rests and were left "
-        "out, first "
+        f"{indices.size} samples of the {sensor.kind} are outliers in rests and were left out, "
+        f"first "
         f"{first}"
     ]
 

@@ -34,8 +34,8 @@ def find_saturated(gyro: Sensor, limit: float | None) -> Booleans:
     gyro
         The sensor.
     limit
-        The end of the range in the raw unit, or None to use the largest value, or the
-        smallest, of an axis that is hit ten times.
+        The end of the range in the raw unit. None: an axis' largest or smallest value, if it occurs
+        ten times.
     """
     if limit is not None:
         return np.asarray((np.abs(gyro.data) >= limit * abs(gyro.factor) * (1 - 1e-9)).any(axis=1))

@@ -41,25 +41,25 @@ def calibrate_magnetometer(
     dip: float | None = None,
     place: tuple[float, ...] | None = None,
 ) -> MagnetometerCalibration:
-    """Calibrate a magnetometer from ordinary motion: the gyro says how the field must turn.
+    """Calibrate a magnetometer from ordinary motion, with the gyro as the reference of rotation.
 
     Parameters
     ----------
     recording : Recording
         With gyro, accelerometer and a magnetometer in any unit. Without a gyro a sphere is fitted,
-        which needs all directions and a field that stays; a note says so.
+        which needs all directions and a constant field; a note states this.
     gyro : str
-        Which of several sensors; default the first.
+        Name of the gyro if there are several; default the first.
     one : bool
-        Assume one hard iron for the record, since nobody touched the device. Default: several
-        where that leaves clearly less scatter, for a magnet that comes and goes.
+        Assume one hard iron for the whole record. Default: several where that leaves clearly less
+        scatter, such as for a magnet that comes and goes.
     field, dip : float, optional
-        Size of the field at the place, uT, and its angle below the level, rad, as a model of the
-        earth's field gives them: a result that contradicts them is not valid.
+        Size of the earth's field at the place, uT, and its angle below the horizontal, rad, from a
+        model of the field. A result that contradicts them is not valid.
     place : tuple of float, optional
-        Latitude and longitude, deg, and maybe height, m: `zerorate.geometry.earth_field` then gives
-        field and dip. Default that of the recording's positions, where it has some and pygeomag is
-        installed.
+        Latitude and longitude, deg, and optionally height, m: field and dip are then those of
+        `zerorate.geometry.earth_field`. Default: from the recording's positions, if it has some and
+        pygeomag is installed.
 
     Returns
     -------
@@ -73,15 +73,15 @@ def calibrate_magnetometer(
         Without accelerometer (unless there is no gyro either) or magnetometer, or with less than
         ten seconds of them.
     ValueError
-        If ``field`` or ``dip`` are none of the earth's, or ``place`` is no place.
+        If ``field`` or ``dip`` do not occur on earth, or ``place`` is not a latitude and longitude.
     ImportError
         If ``place`` is given and pygeomag is not installed.
 
     Notes
     -----
-    Two turns about different axes are enough; what does not turn with the sensor's surroundings
-    is iron. Standard errors are of fields that differ from place to place, not of noise: nothing
-    smaller than a hundredth of the field is claimed.
+    Two turns about different axes are enough: the part of the field that stays constant in the
+    sensor's axes is hard iron. Standard errors include the field's differences from place to place:
+    none is smaller than a hundredth of the field.
 
     Examples
     --------
@@ -118,7 +118,7 @@ def _reference_field(
 ) -> EarthField | None:
     """Return the field at a place, typed or recorded; None if neither gives it."""
     if place is not None and (field is not None or dip is not None):
-        raise ArgumentError("place", "determines field and dip: give it, or them")
+        raise ArgumentError("place", "determines field and dip: give it, or both values")
     if place is not None:
         if len(place) not in (2, 3):
             raise ArgumentError("place", f"takes latitude, longitude and maybe height, got {place}")
@@ -173,7 +173,7 @@ def _calibrate_by_gyro(
     _check_length(ticks.n / 10.0)
     choice = None if problems else choose_iron(ticks, partition_spans(ticks), single_iron)
     if choice is not None and median_field(choice) < _MIN_FIELD_SHARE:
-        problems = ("the samples do not turn with the sensor: the magnetometer is stuck",)
+        problems = ("the samples do not rotate with the sensor: the magnetometer is stuck",)
         choice = None
     sentences = (*notes, *samples.notes)
     return gyro_result(ticks, choice, begin, log.unit, problems, sentences, recording.source)
@@ -194,8 +194,8 @@ def _calibrate_by_sphere(log: Log, recording: Recording) -> MagnetometerCalibrat
     centre = None if problems else fit_sphere(log.data[known], seconds)
     begin, end = float(log.sampled[0]), float(log.sampled[-1])
     note = (
-        "without a gyro a sphere was fitted: it needs all directions, and takes a magnet that "
-        "comes and goes for noise"
+        "without a gyro a sphere was fitted: it needs all directions, and treats a magnet that "
+        "comes and goes as noise"
     )
     return sphere_result(centre, begin, end, log.unit, problems, note, recording.source)
 
@@ -216,7 +216,7 @@ def _validate_field(
         if abs(size - field) > 3.0 * sigma + _MAX_FIELD_DIFFERENCE * field:
             problems.append(
                 f"the field is {size:.3g} uT, and that of the place {field:.3g} uT: the unit or "
-                "the scale of the magnetometer is wrong, or it is next to iron that turns with it"
+                "the scale of the magnetometer is wrong, or iron that rotates with it is near"
             )
     if dip is not None and result.dip.identifiable:
         difference = abs(result.dip - dip)

@@ -14,7 +14,7 @@ from zerorate.record.samples import partner_name
 from zerorate.types import Floats
 
 _MAX_ANALYSED_S: Final = 240.0
-"""Seconds of which iron is found in a second or two."""
+"""Longest part searched for iron, s: a second or two of computation."""
 _MIN_SIZE_CHANGE: Final = 0.15
 """Part of the field's size by which it must vary to be analysed: half of what turns a heading by
 ten degrees, at a dip of 65 deg."""
@@ -53,7 +53,7 @@ def note_iron_changes(recording: Recording, gyro: str = "gyro") -> tuple[str, ..
     listed = ", ".join(changes)
     return (
         f"the magnetometer's hard iron changed {listed}: something magnetic was attached or "
-        "taken off, and the heading is off while it is there",
+        f"removed, and the heading was wrong meanwhile",
     )
 
 

@@ -41,7 +41,7 @@ ValueError
     `doubtful`; if the unit of the samples is none of a magnetic field.""",
     options="""\
 doubtful : bool
-    Write numbers that the log does not bear out, with a warning in the file; default False.""",
+    Write doubtful numbers, too, with a warning in the file; default False.""",
 )
 
 
@@ -66,7 +66,7 @@ def to_px4(
     str
         ``CAL_MAG``, gauss: PX4 corrects by M (sample - offset), ``XSCALE`` the diagonal of M and
         ``XODIAG``, ``YODIAG``, ``ZODIAG`` its elements xy, xz, yz. Axes must be those of the body.
-        Of several hard irons that of `longest`.
+        Of several hard irons the one of `longest` is written.
     """
     offset, matrix = _offset_and_matrix(calibration, 1e2, doubtful)
     names = [f"CAL_MAG{instance}_{axis}OFF" for axis in _AXES]
@@ -104,7 +104,7 @@ def to_ardupilot(
     str
         ``COMPASS_OFS``, milligauss, with ArduPilot's sign: it corrects by E (sample + offset),
         ``COMPASS_DIA`` the diagonal of E and ``COMPASS_ODI_X``, ``_Y``, ``_Z`` its elements xy, xz,
-        yz. Of several hard irons that of `longest`.
+        yz. Of several hard irons the one of `longest` is written.
     """
     offset, matrix = _offset_and_matrix(calibration, 0.1, doubtful)
     number = "" if compass == 1 else str(compass)
@@ -132,7 +132,7 @@ def _offset_and_matrix(
         )
     doubts = list(_doubts(calibration))
     if doubts and not doubtful:
-        advice = "; ".join(calibration.advice) or "turn the device about two axes that differ"
+        advice = "; ".join(calibration.advice) or "rotate the device about two different axes"
         raise ValueError(
             make_sentence(
                 f"{doubts[0]}: {advice}; ",
@@ -149,7 +149,7 @@ def _doubts(calibration: MagnetometerCalibration) -> Iterator[str]:
     if not calibration.valid:
         yield f"the calibration is not valid, {calibration.problems[0]}"
     elif not calibration.groups[calibration.longest].applied:
-        yield "the log shows no iron that is worth taking off"
+        yield "the log shows no iron worth subtracting"
     elif not all(coefficient.identifiable for coefficient in calibration.hard_iron):
         unknown = (
             axis

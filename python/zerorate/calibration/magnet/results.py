@@ -48,7 +48,7 @@ def sphere_result(
             sphere_fit.radius * norm, sigma * norm, sphere_fit.covered and sigma < KNOWN_SIGMA
         )
         if not sphere_fit.covered:
-            advice = ["turn the sensor so that each of its sides points down once"]
+            advice = ["turn each side of the sensor down once"]
         elif count_known_directions(sphere_fit.covariance) < 3:
             advice = ["record for 40 s or longer"]
     return MagnetometerCalibration(
@@ -91,7 +91,7 @@ def gyro_result(
     last = begin + float(ticks.number[-1] + 1) / 10.0
     if choice is None:
         group = IronGroup((0.0, 0.0, 0.0), 0.0, 0.0, False)
-        advice = () if problems else ("turn the sensor about two axes that differ",)
+        advice = () if problems else ("rotate the sensor about two different axes",)
         soft = _soft_iron_matrix(np.zeros(8), np.full(8, np.inf))
         return MagnetometerCalibration(
             (unknown,) * 3,

@@ -261,7 +261,7 @@ def _ignored_notes(
     unknown = [n for n, value in overrides.items() if value is None and not getattr(noise, n).known]
     if unknown:
         listed = ", ".join(name.replace("_", " ") for name in unknown)
-        yield f"sigma counts as zero, for the noise model does not know it: {listed}"
+        yield f"sigma counts as zero, because the noise model lacks it: {listed}"
 
 
 def _missing_notes(missing: Booleans) -> Iterator[str]:

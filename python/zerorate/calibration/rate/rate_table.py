@@ -128,7 +128,7 @@ class RateTable(Result):
     def predict(self, rates: npt.ArrayLike) -> Floats:
         """Return the output at these rates, shape (..., k) or any of one axis.
 
-        Beyond the rates of the table, terms go on by their tangent.
+        Beyond the rates of the table, terms are extended linearly.
         """
         w = self._reshape("rates", rates)
         return (self._line(w) + self._bend(w)).reshape(np.shape(rates))

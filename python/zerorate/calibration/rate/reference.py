@@ -400,7 +400,7 @@ def _fit_windows(windows: _Windows, max_lag: int) -> FittedRate:
         values[:, 0] if known else _solve(moments.leave_one_out(), (0,))[0][:, 0]
     )
     if not scale.identifiable:
-        notes.append("the scale is not identifiable: the reference hardly turns")
+        notes.append("the scale is not identifiable: the reference hardly rotates")
     lag = _make_coefficient(lags / windows.rate, _MAX_RELATIVE_SIGMA * max_lag / windows.rate)
     asymmetry = UNKNOWN_COEFFICIENT
     if scale.identifiable and all(np.isfinite(one).all() for one in by_direction):
@@ -461,7 +461,7 @@ def _find_lag(windows: _Windows, max_lag: int) -> tuple[Floats, list[str]]:
             break
     sigma = _jackknife_sigma(lags)
     if not sigma <= _MAX_RELATIVE_SIGMA * max_lag:
-        return unknown, ["the lag is not identifiable: the reference turns too evenly"]
+        return unknown, ["the lag is not identifiable: the reference rotates too steadily"]
     return lags, []
 
 
@@ -489,8 +489,8 @@ def _direction_notes(both: Floats, positive_: Floats, negative: Floats) -> Itera
             continue
         yield (
             f"{name} rates alone give a scale of {alone[0]:.6g}, {abs(off) / off.sigma:.2g} "
-            f"standard errors from that of both, {both[0]:.6g}: the model misses something that "
-            "these errors do not count"
+            f"standard errors from that of both, {both[0]:.6g}: the model lacks an effect that "
+            f"these errors do not include"
         )
 
 

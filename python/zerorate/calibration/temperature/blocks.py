@@ -41,11 +41,11 @@ class Blocks:
     bias
         Shape (m, k).
     count
-        Samples in each, shape (m,).
+        Number of samples in each mean, shape (m,).
     length
-        Seconds of one.
+        Length of a mean, s.
     still
-        Part of the record's samples that is in one.
+        Share of the record's samples used in means.
     """
 
     time: Floats

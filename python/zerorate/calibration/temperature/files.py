@@ -35,7 +35,7 @@ _FORMAT: Final = "zerorate temperature model"
 _VERSION: Final = 1
 _MODEL: Final = (
     "bias = sum of c_k ((T - reference) / 10)^k, T in degC inside the range; beyond it the "
-    "tangent, one span further at most"
+    "tangent, for at most one more span"
 )
 
 _ARDUPILOT_REFERENCE_DEGC: Final = 35.0
@@ -58,8 +58,8 @@ def to_json(
     Returns
     -------
     str
-        Coefficients, covariance, reference, range, slopes and notes, exact to the last bit; not the
-        means that it was fitted to.
+        Coefficients, covariance, reference, range, slopes and notes, exact to the last bit; without
+        the means of the fit.
     """
     content = {
         "format": _FORMAT,
@@ -155,15 +155,15 @@ def to_px4(
     instance : int
         0 to 3: the number in ``TC_G0_X0_0``. Default 0.
     device_id : int, optional
-        ``TC_G0_ID``, the gyro that the parameters are for: the ``device_id`` of its messages.
-        Without it the line is left out, and PX4 uses none of the others until it is set.
+        ``TC_G0_ID``, the gyro's ``device_id`` in its messages. Without it the line is left out, and
+        PX4 ignores the other parameters until it is set.
 
     Returns
     -------
     str
         ``TC_G0_X3_0`` to ``TC_G0_X0_2``, rad/s over powers of T - ``TC_G0_TREF``, and the range.
         PX4 subtracts ``X0 + X1 dT + X2 dT^2 + X3 dT^3``, and clamps T at the ends of the range,
-        where `predict` goes on along the tangent.
+        whereas `predict` continues along the tangent.
 
     Raises
     ------
@@ -185,7 +185,7 @@ def to_px4(
     ]
     lines = [
         "# PX4: thermal compensation of a gyro, rad/s and degC.",
-        *(() if device_id is not None else (f"# TC_G{instance}_ID is to be set as well.",)),
+        *(() if device_id is not None else (f"# TC_G{instance}_ID must be set, too.",)),
         *_range_comments(model),
         "# Vehicle-Id Component-Id Name Value Type",
         *whole,
@@ -214,7 +214,7 @@ def to_ardupilot(
     -------
     str
         ``INS_TCAL1_GYR1_X`` to ``INS_TCAL1_GYR3_Z``, millionths of rad/s over powers of
-        T - 35 degC, the range, and the offsets with the temperature that they belong to,
+        T - 35 degC, the range, and the offsets with their temperature,
         ``INS_GYR1_CALTEMP``: ArduPilot subtracts the offset and the difference of the polynomial
         between T and that, both clamped to the range. By default it learns new offsets at every
         start.
@@ -290,7 +290,7 @@ def _shift_reference(c: Floats, shift: float) -> Floats:
 def _range_comments(model: TemperatureModel) -> list[str]:
     """Return the comments that a reader of the file needs."""
     low, high = model.range
-    lines = [f"# Of {low:.1f} to {high:.1f} degC; beyond, the bias at the end of that is used."]
+    lines = [f"# Of {low:.1f} to {high:.1f} degC; outside, the bias at the nearer end is used."]
     if not any(model.degrees):
         lines.append(f"# WARNING: {_NO_DEPENDENCE_TEXT}.")
     return lines

@@ -78,13 +78,13 @@ def fit_axes(blocks: Blocks, reference: float, max_degree: int) -> list[Fit]:
 
     Notes
     -----
-    Each strength of the walk makes a Kalman filter of one state, which whitens the biases and the
-    powers of the temperature in the same way; from their products follow the coefficients of every
-    degree, their errors, and how likely strength and degree are. Coefficients are averaged over all
-    strengths by their restricted likelihood. The walk's deviation has a half-Cauchy prior (Gelman
-    2006, Bayesian Analysis 1:515), flat where the record says nothing: one that is flat in its
-    logarithm believes in no walk as long as the record allows it, and a drift that went along with
-    the temperature by chance then counts as slope, with an error half as large as it is.
+    For each strength of the walk, a Kalman filter of one state whitens the biases and the powers of
+    the temperature. Their products give the coefficients of every degree, their errors, and the
+    likelihoods of strength and degree. Coefficients are averaged over all strengths by their
+    restricted likelihood. The walk's deviation has a half-Cauchy prior (Gelman 2006, Bayesian
+    Analysis 1:515), flat where the record gives no information. A prior flat in the logarithm would
+    favour no walk; a drift that correlates with temperature by chance would then count as slope,
+    with half of its true error.
     """
     if not blocks.count.size:
         return []

@@ -155,42 +155,43 @@ class TemperatureModel(Result):
         rests: npt.ArrayLike | None = None,
         unit: str | None = None,
     ) -> Self:
-        """Return the model that a record shows.
+        """Fit a model to a record.
 
         Parameters
         ----------
         z : Log, or array_like of shape (n,) or (n, k)
             Output of the gyro; NaN marks missing samples.
         temperature : Log, or array_like of shape (n,), or None
-            degC; missing values are held. A Log is interpolated on the clock of `z`, which is a Log
-            as well; of several channels the first counts. None: there is none.
+            degC; missing values are held. A Log is interpolated at the times of `z`, which is then
+            a Log, too; its first channel is used. None: no temperature.
         rate : float, optional
-            Samples a second, Hz; needed where `z` is an array.
+            Samples per second, Hz; needed where `z` is an array.
         max_degree : int
             Highest degree of the polynomial, 0 to 3 (default). The record allows a straight line
             from 1 K, a parabola from 8 K, a cubic from 15 K, and a higher degree must be better.
         rests : array_like of bool, shape (n,), optional
-            Which samples are at rest. By default those where the sensor is quiet; a constant turn
-            is as quiet as a rest.
+            Mask of samples at rest. Default: where the sensor is quiet; a constant rotation looks
+            the same.
         unit : str, optional
             Of the samples; by default that of the Log, else ``"unit"``.
 
         Raises
         ------
         ValueError
-            If shapes disagree, the rate is missing, `max_degree` is none, or nothing is at rest.
+            If shapes disagree, the rate is missing, `max_degree` is not valid, or no sample is at
+            rest.
         TypeError
             If an argument is no array of real numbers.
         LogError
-            If the temperature's Log does not meet the record.
+            If the temperature's Log does not overlap the record.
 
         Notes
         -----
         Means of five seconds are the sum of polynomial, random walk and white noise; the degree is
         chosen by BIC, coefficients and errors are averages over the walk's strength by its
-        restricted likelihood. The level c_0 is that at the end of the record: what comes next
-        starts from there. Published calibrations fit a cubic by least squares and clamp it at the
-        ends of the range (PX4, ArduPilot); Chen et al. 2013 take 0.1 deg/s/degC from 25 degC on.
+        restricted likelihood. The level c_0 is that at the end of the record, from which later data
+        start. Published calibrations fit a cubic by least squares and clamp it at the ends of the
+        range (PX4, ArduPilot); Chen et al. 2013 take 0.1 deg/s/degC from 25 degC on.
         """
         record = _Record.of(z, temperature, rate, rests, unit)
         if not (isinstance(max_degree, int) and 0 <= max_degree <= MAX_DEGREE):
@@ -231,17 +232,17 @@ class TemperatureModel(Result):
 
     @property
     def degree(self) -> int | tuple[int, ...]:
-        """Degree of the polynomial, one an axis unless there is one only."""
+        """Degree of the polynomial, one for each axis, or a single one."""
         return self.degrees[0] if self.single else self.degrees
 
     @property
     def slope(self) -> Coefficient | tuple[Coefficient, ...]:
-        """Bias per kelvin in the middle of the range, one an axis unless there is one only."""
+        """Bias per kelvin in the middle of the range, one for each axis, or a single one."""
         return self.slopes[0] if self.single else self.slopes
 
     @property
     def hysteresis(self) -> Coefficient | tuple[Coefficient, ...]:
-        """Bias while it warms less that while it cools, one an axis unless there is one only."""
+        """Bias during warming minus bias during cooling, one for each axis, or a single one."""
         return self.hystereses[0] if self.single else self.hystereses
 
     @property
@@ -269,16 +270,16 @@ class TemperatureModel(Result):
         Parameters
         ----------
         temperature : array_like, any shape
-            degC; where it is missing the answer is that in the middle of the range, as uncertain as
-            the whole range makes it.
+            degC; for a missing one the result is that in the middle of the range, with a standard
+            deviation for the whole range.
 
         Returns
         -------
         TemperatureBias
             ``value`` and ``sigma``, of the temperature's shape with one more axis of length k
             unless the model is `single`, and ``extrapolated``, of the temperature's shape. Sigma is
-            of the bias as it was at the end of the record; it counts the steps of a coarse
-            thermometer, and beyond the range all that the tangent leaves out of the curve.
+            that of the bias at the end of the record. It includes the steps of a coarse
+            thermometer, and outside the range the curvature that the tangent omits.
         """
         temperatures = floats(temperature, "temperature")
         known = np.isfinite(temperatures)
@@ -330,7 +331,7 @@ class TemperatureModel(Result):
         z : Log, or array_like of shape (n,) or (n, k)
             Output of the gyro, in the unit of the model.
         temperature : Log, or array_like of shape (n,)
-            As of `fit`: missing values are held, and the steps of a coarse thermometer smoothed. If
+            As in `fit`: missing values are held, and the steps of a coarse thermometer smoothed. If
             all are missing, the bias in the middle of the range is subtracted.
 
         Returns
@@ -343,7 +344,7 @@ class TemperatureModel(Result):
         ValueError
             If shapes disagree with each other or with the model.
         LogError
-            If the temperature's Log does not meet the record.
+            If the temperature's Log does not overlap the record.
         """
         data = columns_of(z, "z")
         if data.shape[1:] not in ({(self.axes,), ()} if self.axes == 1 else {(self.axes,)}):
@@ -548,12 +549,11 @@ def _notes(model: TemperatureModel, blocks: Blocks, outlier_count: int) -> Seque
     if outlier_count:
         have = "temperature leaps" if outlier_count == 1 else "temperatures leap"
         notes.append(
-            f"{outlier_count} {have} by 10 K and more at once and back within seconds, as "
-            "no gyro does: "
-            "left out."
+            f"{outlier_count} {have} by 10 K and more at once and back within seconds, which no "
+            f"gyro does: left out."
         )
     if not np.isfinite(blocks.temperature).all():
-        notes.append("There is no temperature: the bias is that of the record, at any temperature.")
+        notes.append("There is no temperature: the record's bias is used at any temperature.")
     elif model.span < MIN_SPANS_K[0]:
         notes.append(
             f"Temperature moved by {shorten(model.span)} K only: the slope is not "

@@ -190,7 +190,7 @@ class CausalClock:
             )
 
     def state(self) -> dict[str, Any]:
-        """Return all that it knows, as JSON keeps it."""
+        """Return the state, as JSON stores it."""
         return {name: value for name, value in vars(self).items() if name != "revised"}
 
     @classmethod

@@ -118,7 +118,7 @@ class HeldRows:
             )
 
     def state(self) -> dict[str, Any]:
-        """Return all that it knows, as JSON keeps it."""
+        """Return the state, as JSON stores it."""
         return dict(vars(self))
 
     @classmethod

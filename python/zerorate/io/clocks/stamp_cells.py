@@ -90,7 +90,7 @@ class StampCells:
             self._per_second = self._rate if unit == SAMPLES else PER_SECOND[unit]
 
     def state(self) -> dict[str, Any]:
-        """Return all that it knows, as JSON keeps it."""
+        """Return the state, as JSON stores it."""
         return dict(vars(self))
 
     @classmethod

@@ -91,7 +91,7 @@ _GROUP_ROWS: Final = 1 << 17
 
 
 def open_native_file(path: Path, mode: str = "rb") -> Any:  # noqa: ANN401  # its package is optional
-    """Return an open file of pyarrow; its name need not be UTF-8, as that of a path must."""
+    """Return an open file for pyarrow, which allows names that are not UTF-8."""
     return import_pyarrow("Parquet").OSFile(os.fsencode(path), mode)
 
 
@@ -101,7 +101,7 @@ class RowGroupWriter:
     Parameters
     ----------
     path : Path
-        The file to write.
+        File to write.
     names : sequence of str
         Of the columns, which hold doubles or flags.
     metadata : mapping

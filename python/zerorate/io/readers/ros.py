@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from zerorate.faults import keyword_argument, make_sentence
 from zerorate.io.readers.isolated import run_isolated
+from zerorate.io.readers.mcap_file import McapReader
 from zerorate.io.readers.ros_messages import MessagePlan, decode_columns, make_plan
 from zerorate.io.table import Column, Content, Metadata, Table
 from zerorate.record.log import LogError
@@ -117,6 +118,11 @@ def _absent(path: Path, topic: str) -> list[str]:
     """Return the half of a topic's messages that is marked as absent, or zero in all of them."""
     with _open_reader(path) as reader:
         on_topic = [c for c in reader.connections if c.topic == topic and _is_imu(c)]
+        if isinstance(reader, McapReader):
+            # A few tell of most recordings.
+            first = _halves_seen(read_cdr_imus(reader, on_topic, _FIRST_MESSAGES))
+            seen = first if all(first) else _halves_seen(read_cdr_imus(reader, on_topic))
+            return _name_absent(seen)
         decoded, seen = _decoder_of(path), [False, False]
         for _, _, raw in reader.messages(connections=on_topic):
             numbers = decoded(raw, _MARKED)[2:]
@@ -124,7 +130,19 @@ def _absent(path: Path, topic: str) -> list[str]:
                 seen[i] |= half[3] != _MARK and any(half[:3])
             if all(seen):
                 return []
+    return _name_absent(seen)
+
+
+def _name_absent(seen: Sequence[bool]) -> list[str]:
     return [kind for kind, there in zip(_HALF, seen, strict=True) if any(seen) and not there]
+
+
+def _halves_seen(rows: npt.NDArray[np.void]) -> list[bool]:
+    """Return a flag each for gyro and accelerometer: any message has values of it."""
+    return [
+        bool(np.any((rows[f"{kind}_mark"] != _MARK) & np.any(rows[kind] != 0.0, axis=1)))
+        for kind in _HALF
+    ]
 
 
 def read_columns(path: Path, topic: str, wanted: Sequence[int]) -> list[Column]:
@@ -135,6 +153,11 @@ def read_columns(path: Path, topic: str, wanted: Sequence[int]) -> list[Column]:
             (plan, kind) = next((p, c.msgtype) for c in on_topic if (p := make_plan(c)) is not None)
             own_connections = [c for c in on_topic if c.msgtype == kind and _is_decoded(c)]
             return decode_columns(plan, reader.messages(connections=own_connections), wanted)
+        if isinstance(reader, McapReader):
+            own_rows = read_cdr_imus(reader, [c for c in on_topic if _is_imu(c)])
+            stamps = own_rows["seconds"] * np.int64(1_000_000_000) + own_rows["nanoseconds"]
+            values = [own_rows[kind][:, i].astype(np.float64) for kind in _HALF for i in range(3)]
+            return [values[i - 1] if i else stamps for i in wanted]
     rows = _read_messages(path, topic)
     stamps = rows["seconds"] * 1_000_000_000 + rows["nanoseconds"]
     stamped_values = [stamps, *(rows[name] for name in _VALUE_NAMES)]
@@ -193,6 +216,10 @@ def _read_messages(path: Path, topic: str) -> npt.NDArray[np.void]:
 def _open_reader(path: Path) -> Iterator[_Reader]:
     from rosbags import rosbag1, rosbag2
 
+    if path.suffix.lower() == ".mcap":
+        with McapReader(path) as own_reader:
+            yield own_reader
+        return
     package = rosbag1 if path.suffix.lower() == ".bag" else rosbag2
     with package.Reader(path) as reader:
         yield reader
@@ -214,6 +241,24 @@ _PREFIX_BYTES = 4
 _FRAME_ID_OFFSET = _PREFIX_BYTES + 12
 
 
+_FIRST_MESSAGES: Final = 1024
+_VALUE_BYTES: Final = 296
+_KEPT: Final = ((0, 16), (-192, -160), (-96, -64))
+"""Parts of a message: its stamp; rate and acceleration with the first number of the covariance."""
+_KEPT_DTYPE: Final = np.dtype(
+    [
+        ("representation", "u1", 4),
+        ("seconds", "<i4"),
+        ("nanoseconds", "<u4"),
+        ("frame_bytes", "<u4"),
+        ("gyro", "<f8", 3),
+        ("gyro_mark", "<f8"),
+        ("accel", "<f8", 3),
+        ("accel_mark", "<f8"),
+    ]
+)
+
+
 def decode_ros1_imu(raw: bytes, numbers: Mapping[str, struct.Struct] = _VALUE_STRUCTS) -> Imu:
     """Return the stamp and the values of a message of ROS 1, which is packed."""
     seconds, nanoseconds, length = _STAMP_STRUCTS["<"].unpack_from(raw, _PREFIX_BYTES)
@@ -226,3 +271,25 @@ def decode_cdr_imu(raw: bytes, numbers: Mapping[str, struct.Struct] = _VALUE_STR
     seconds, nanoseconds, length = _STAMP_STRUCTS[order].unpack_from(raw, _PREFIX_BYTES)
     aligned = -(-(_FRAME_ID_OFFSET - _PREFIX_BYTES + length) // 8) * 8
     return (seconds, nanoseconds, *numbers[order].unpack_from(raw, _PREFIX_BYTES + aligned))
+
+
+def read_cdr_imus(
+    reader: McapReader, connections: Sequence[_Connection], *limit: int
+) -> npt.NDArray[np.void]:
+    """Return stamp, rate and acceleration of messages of ROS 2, shape (n,), from an MCAP file.
+
+    Raises
+    ------
+    ValueError
+        If a message has more or fewer bytes than its type.
+    """
+    messages = reader.read(connections, *limit, kept=_KEPT)
+    order = messages.begins // np.uint64(_KEPT_DTYPE.itemsize)
+    rows = messages.raw.view(_KEPT_DTYPE)[order]
+    big = rows["representation"][:, 1] & 1 == 0
+    if big.any():
+        rows[big] = rows[big].view(_KEPT_DTYPE.newbyteorder(">"))
+    aligned = -(-(_FRAME_ID_OFFSET - _PREFIX_BYTES + rows["frame_bytes"].astype(np.int64)) // 8) * 8
+    if np.any(_PREFIX_BYTES + aligned + _VALUE_BYTES != messages.lengths.astype(np.int64)):
+        raise ValueError(f"a message of {_IMU_TYPE} has another length than its type")
+    return rows

@@ -73,10 +73,10 @@ class Topic:
 
 @dataclass
 class ULog:
-    """Topics of a log, its parameters as they were last, its dropouts with their time in ms.
+    """Topics of a log, the last values of its parameters, its dropouts with their time in ms.
 
-    ``lost_bytes`` are bytes that could not be read, ``cut_bytes`` those of a last message that
-    the file ends within.
+    ``lost_bytes`` is the number of unreadable bytes, ``cut_bytes`` the size of an incomplete last
+    message.
     """
 
     topics: list[Topic] = field(default_factory=list)

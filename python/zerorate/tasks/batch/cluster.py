@@ -57,7 +57,7 @@ def _task_end(future: Any, task: T) -> TaskResult[T, Any] | WorkerDeath[T]:  # n
     from distributed import KilledWorker
 
     if isinstance(error, KilledWorker):
-        return WorkerDeath(task, "it ended every worker process that tried it")
+        return WorkerDeath(task, "every worker process that tried it died")
     return WorkerDeath(task, f"its worker failed: {type(error).__name__}: {error}")
 
 
@@ -115,7 +115,7 @@ def connect_scheduler(address: str) -> Iterator[Cluster]:
         except (CancelledError, OSError):
             # A log's own faults are outcomes: what is raised here is the connection's end.
             raise ConnectionError(
-                f"the scheduler at '{address}' is gone: a later run goes on from here"
+                f"the scheduler at '{address}' is gone: the next run continues from here"
             ) from None
 
 

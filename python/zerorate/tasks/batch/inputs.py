@@ -34,7 +34,7 @@ class Inputs:
     failed : mapping of Path to str
         Named files that cannot be read, and why.
     left_out : tuple of Path
-        Named files that zerorate has written.
+        Named files written by zerorate.
     """
 
     root: Path
@@ -46,7 +46,7 @@ class Inputs:
 def find_inputs(patterns: Sequence[str]) -> Inputs:
     """Return the logs that folders and patterns name; FileNotFoundError if one names no log.
 
-    Files that zerorate has written are left out, unless a pattern names them: results (by the mark
+    Files written by zerorate are left out, unless a pattern names them: results (by the mark
     in their name), the summary of a batch, and the true drift next to a simulated log.
     """
     matches = [find_files(pattern) for pattern in patterns]
@@ -96,4 +96,4 @@ def _describe_no_match(pattern: str, written: int) -> str:
         which = f"no file in the folder '{pattern}' ends in one of {', '.join(LOG_SUFFIXES)}"
     else:
         which = f"no file matches '{pattern}'"
-    return f"{which} but {written} that zerorate has written" if written else which
+    return f"{which} but {written} written by zerorate" if written else which

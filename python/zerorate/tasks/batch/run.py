@@ -131,16 +131,16 @@ def batch(
 ) -> BatchResult:
     """Filter many logs, estimate their noise, or report on them, and compare the logs.
 
-    Each log is processed in a process of its own. A log that fails, or that kills its worker twice,
-    is reported and the others go on. A run may be stopped at any moment: the next one skips
-    finished logs. ``zerorate batch`` does the same.
+    Each log has its own process. A log that fails, or kills its worker twice, is reported, and the
+    others continue. A run may be stopped at any time: the next one skips finished logs. ``zerorate
+    batch`` does the same.
 
     Parameters
     ----------
     sources : str, path, or sequence of these
         Folders, with all logs in them; files; or patterns such as ``"logs/**/*.parquet"``. Brackets
         in a pattern may be literal. ``**`` visits each folder once, however many links lead there.
-        Files that zerorate has written are left out unless a pattern names them.
+        Files written by zerorate are left out unless a pattern names them.
     folder : path
         Folder of the results, made if missing. It mirrors the folders below the common folder of
         the sources. It holds the result of each log and a record in JSON, ``summary.parquet`` of

@@ -12,7 +12,7 @@ from zerorate.tasks.compare.measures import Row
 from zerorate.tasks.compare.simulated import Regret
 
 SCHEMA: Final = "zerorate-compare/1"
-"""The form of the document; the number rises when a reader has to change."""
+"""Version of the document; it rises when readers have to change."""
 
 
 def as_json(comparisons: Sequence[Comparison], simulated: Sequence[Regret] = ()) -> str:

@@ -80,7 +80,7 @@ def _run_on_axis(method: MethodSpec, z: Floats, log: Log) -> AxisResult:
 
 
 def _refuse_gain() -> float:
-    raise ValueError("there is no best average of three axes at once")
+    raise ValueError("an average of three axes has no best gain")
 
 
 def _growth_values(raw: Floats, results: list[AxisResult], growth: Growth) -> dict[str, float]:

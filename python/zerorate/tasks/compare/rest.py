@@ -66,10 +66,10 @@ def rest_rows(
 
 def rest_notes(recording: Trial) -> Iterator[str]:
     """Yield notes: there is no reference, and the sensor seems to move in these spans."""
-    yield f"{recording.source}: without a reference, so it is taken to be at rest"
+    yield f"{recording.source}: without a reference, so it is assumed to be at rest"
     for name, z in zip(recording.log.names, recording.log.data.T, strict=True):
         if is_constant(z, np.nanmax(z)):
-            yield f"{recording.source}: {name}: all samples are equal, so there is nothing to lose"
+            yield f"{recording.source}: {name}: all samples are equal, so errors cannot be measured"
         spans = moving_spans(z, recording.log.rate)
         if spans:
             seconds = sum(span.end - span.start for span in spans)

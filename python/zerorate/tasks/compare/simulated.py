@@ -236,12 +236,12 @@ def run_contaminated(
     faults : sequence of Contamination
         All different.
     seeds, duration, progress
-        As of `run`.
+        As in `run`.
 
     Raises
     ------
     ValueError, MethodError
-        As of `run`.
+        As in `run`.
     """
     causal_methods = [method for method in methods if method != HINDSIGHT_METHOD]
     faulty_methods = [

@@ -100,7 +100,7 @@ def compare(
     progress: Progress | None = None,
     **reading: Unpack[ReadingArguments],
 ) -> Compared:
-    """Compare filters on recordings by the cost of their errors, at rest and in motion.
+    """Compare filters on recordings by the errors of their angles, at rest and in motion.
 
     Recordings are checked first; rates are not changed. ``zerorate compare`` does the same.
 
@@ -118,11 +118,11 @@ def compare(
     frame : {"enu", "ned", "nwu"}
         Frame of the true orientation.
     reference : str, optional
-        Column of an encoder's angle or of a true rate.
+        Reference column: an encoder's angle or a true rate.
     quaternion : sequence of str, optional
         Columns w, x, y, z of the true orientation.
     simulated : bool
-        Add simulated gyros, for which the best filter is known.
+        Add simulated gyros, whose optimal filter is known.
     seeds : int
         Number of simulated records of each gyro.
     fix : bool

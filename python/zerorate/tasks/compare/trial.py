@@ -164,7 +164,7 @@ def read_trial(
     Parameters
     ----------
     path, unit
-        As of `zerorate.read_log`.
+        As in `zerorate.read_log`.
     reference : str, optional
         Column of an angle or a rate about the axis of one gyro, from a shaft encoder or a rate
         table. The column is a rate if its unit or name says so; otherwise it is an angle, in deg
@@ -178,7 +178,7 @@ def read_trial(
     Returns
     -------
     Trial
-        In rad/s where the unit is known.
+        Gyros in rad/s if the unit is known.
 
     Raises
     ------

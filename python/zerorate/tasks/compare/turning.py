@@ -55,7 +55,7 @@ class ReferenceFit:
         """Return the result of the fit, as a sentence."""
         return (
             f"{source}: {name} fits {self.axis}: gyro = {self.scale:.4g} times the reference, late "
-            f"by {1e3 * self.delay:.3g} ms; scale, sign and delay are taken out of the reference"
+            f"by {1e3 * self.delay:.3g} ms; the reference is corrected for scale, sign and delay"
         )
 
 

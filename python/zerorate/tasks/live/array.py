@@ -53,7 +53,7 @@ class ArraySettings:
     ----------
     array : GyroArray
         A new array without samples; its state is copied.
-    beside : tuple of str
+    extra : tuple of str
         Extra columns of an answer, from `ArrayColumn`: ``"at_rest"`` for each axis, ``"health"``
         for each sensor.
     columns : tuple of str or int, optional
@@ -77,7 +77,7 @@ class ArraySettings:
     --------
     >>> import zerorate as zr
     >>> from zerorate.tasks.live import ArraySettings, LineStream
-    >>> stream = LineStream(ArraySettings(zr.GyroArray(100.0, 2, axes=1), beside=("health",)))
+    >>> stream = LineStream(ArraySettings(zr.GyroArray(100.0, 2, axes=1), extra=("health",)))
     >>> stream.take("t,gyro0_z,gyro1_z"), stream.take("0.0,0.5,0.7")
     ('t,rate,health_1,health_2', '0.0,0.0,good,good')
     """
@@ -85,7 +85,7 @@ class ArraySettings:
     kind: ClassVar[str] = "array"
 
     array: GyroArray
-    beside: tuple[str, ...] = ()
+    extra: tuple[str, ...] = ()
     columns: tuple[str | int, ...] | None = None
     sequence: str | int | None = None
     sequence_bits: int | None = None
@@ -101,7 +101,7 @@ class ArraySettings:
             )
         object.__setattr__(self, "array", self.array.copy())
         object.__setattr__(self, "time_unit", check_time_unit(self.time_unit))
-        for name in self.beside:
+        for name in self.extra:
             ArrayColumn(name)
 
     @property
@@ -119,7 +119,7 @@ class ArraySettings:
         stamp_clock = StampClock.of(
             self.rate, self.time, self.time_unit, layout.names, layout.fields
         )
-        return ArrayEngine(layout, self.array.copy(), self.beside, stamp_clock=stamp_clock)
+        return ArrayEngine(layout, self.array.copy(), self.extra, stamp_clock=stamp_clock)
 
     def restore_engine(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
         """Return the array from a checkpoint; ValueError if its parts do not belong together."""
@@ -129,9 +129,9 @@ class ArraySettings:
         )
         self._check(layout)
         if repr(array) != repr(self.array) or array.samples_seen != samples:
-            raise ValueError("the parts of the state do not belong together")
+            raise ValueError("the parts of the state do not match")
         stamp_clock = restore_stamp_clock(self.rate, saved)
-        engine = ArrayEngine(layout, array, self.beside, samples, stamp_clock)
+        engine = ArrayEngine(layout, array, self.extra, samples, stamp_clock)
         engine.go_on(saved)
         return engine
 
@@ -139,7 +139,7 @@ class ArraySettings:
         """Return the settings in the types of JSON."""
         return {
             "array": base64.b64encode(self.array.to_bytes()).decode(),
-            "beside": list(self.beside),
+            "extra": list(self.extra),
             "columns": None if self.columns is None else list(self.columns),
             "sequence": self.sequence,
             "sequence_bits": self.sequence_bits,
@@ -176,7 +176,7 @@ class ArrayEngine(TimedEngine):
         Layout of every line.
     array : GyroArray
         The array.
-    beside : sequence of str
+    extra : sequence of str
         Extra columns.
     samples : int
         Number of samples to date, including lost and garbled ones.

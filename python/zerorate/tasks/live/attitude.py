@@ -112,7 +112,7 @@ class AttitudeSettings:
         Axes of the earth: ``"enu"``, ``"ned"`` or ``"nwu"``.
     mag : bool
         Use a magnetometer, if the lines hold one.
-    beside : tuple of str
+    extra : tuple of str
         Extra columns of an answer, of `AttitudeColumn`.
     columns : tuple of str or int, optional
         Six or nine columns: gyro, accelerometer and optionally magnetometer, each x, y, z. By
@@ -144,7 +144,7 @@ class AttitudeSettings:
     Examples
     --------
     >>> from zerorate.tasks.live import AttitudeSettings, LineStream
-    >>> settings = AttitudeSettings(100.0, frame="ned", beside=("heading_sigma",))
+    >>> settings = AttitudeSettings(100.0, frame="ned", extra=("heading_sigma",))
     >>> LineStream(settings).take("t,gx_dps,gy_dps,gz_dps,ax_g,ay_g,az_g")
     't,quat_w,quat_x,quat_y,quat_z,heading_sigma_deg'
     """
@@ -154,7 +154,7 @@ class AttitudeSettings:
     rate: float
     frame: str = "enu"
     mag: bool = True
-    beside: tuple[str, ...] = ()
+    extra: tuple[str, ...] = ()
     columns: tuple[str | int, ...] | None = None
     sequence: str | int | None = None
     time: str | int | None = None
@@ -187,7 +187,7 @@ class AttitudeSettings:
         if self.limit is not None and not 0.0 < self.limit < math.inf:
             raise ArgumentError("limit", f"must be a positive number, got {self.limit}")
         self.filter(True, "rad/s", "m/s^2")
-        for name in self.beside:
+        for name in self.extra:
             AttitudeColumn(name)
         if self.columns is not None and len(self.columns) not in (6, 9):
             raise ValueError(
@@ -208,7 +208,7 @@ class AttitudeSettings:
         first_line = _read_first_line(cells, self, fields)
         mag = len(first_line.layout.channels) == 9
         if self.learn_magnetometer and not mag:
-            raise ColumnError("the lines hold no magnetometer to be learned")
+            raise ColumnError("the lines have no magnetometer")
         filter_ = self.filter(mag, first_line.gyro_unit, first_line.accel_unit)
         layout = first_line.layout
         stamp_clock = StampClock.of(
@@ -223,7 +223,7 @@ class AttitudeSettings:
             check_count(saved["samples"]),
         )
         if attitude.samples_seen != samples:
-            raise ValueError("the parts of the state do not belong together")
+            raise ValueError("the parts of the state do not match")
         first_line = FirstLine(layout, **saved["opened"])
         engine = AttitudeEngine(
             first_line, self, attitude, samples, restore_stamp_clock(self.rate, saved)
@@ -292,7 +292,7 @@ class AttitudeEngine(TimedEngine):
         self._last, self._odd, self._unchecked = 0.0, 0, _CHECKED_LINES
         self._gyro: Any = None
         self._quaternion: Any = None
-        self._extra_columns = [_EXTRA_COLUMNS[AttitudeColumn(name)] for name in settings.beside]
+        self._extra_columns = [_EXTRA_COLUMNS[AttitudeColumn(name)] for name in settings.extra]
 
     @property
     def columns(self) -> Sequence[str]:
@@ -452,11 +452,13 @@ def _read_first_line(
             make_sentence(
                 f"an attitude needs six or nine columns, got {len(channels)}: choose with ",
                 keyword_argument("columns"),
-                " gyro x,y,z, accelerometer x,y,z and maybe magnetometer x,y,z",
+                " x, y, z of gyro, accelerometer and optionally magnetometer",
             )
         )
     if {sequence, time} & set(channels):
-        raise ColumnError("the column of the time or of the sequence number is one of a sensor too")
+        raise ColumnError(
+            "the column of the time or of the sequence number is also the column of a sensor"
+        )
     meanings = [None if names is None else meaning_of(names[i]) for i in channels]
     return FirstLine(
         Layout(width, tuple(channels), sequence, names),

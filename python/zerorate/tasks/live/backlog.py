@@ -30,7 +30,7 @@ class BacklogFilter:
     ----------
     filter : DriftFilter
         The filter; for one channel it takes floats.
-    beside : sequence of Beside
+    extra : sequence of DriftColumn
         Extra columns of an answer.
     owed : int
         Number of missing samples that the filter has not processed yet.

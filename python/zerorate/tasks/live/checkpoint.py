@@ -62,10 +62,10 @@ def unpack_checkpoint(raw: bytes) -> tuple[bytes, bytes]:
         If the bytes are no checkpoint, or not complete.
     """
     if raw and not raw[: len(_SIGNATURE)] == _SIGNATURE[: len(raw)]:
-        raise CheckpointError("it is no checkpoint of a stream in this version's format")
+        raise CheckpointError("it is not a checkpoint of a stream in this version's format")
     body, checksum = raw[:-_CRC_BYTES], raw[-_CRC_BYTES:]
     if zlib.crc32(body).to_bytes(_CRC_BYTES, "little") != checksum:
-        raise CheckpointError("it is torn or damaged, its checksum does not fit")
+        raise CheckpointError("it is truncated or damaged: its checksum is wrong")
     start = len(_SIGNATURE) + _LENGTH_BYTES
     end = start + int.from_bytes(body[len(_SIGNATURE) : start], "little")
     return body[start:end], body[end:]
@@ -105,7 +105,7 @@ class StreamState:
             numbers.is_possible,
         )
         if not all(consistent):
-            raise ValueError("the parts of the state do not belong together")
+            raise ValueError("the parts of the state do not match")
 
 
 def restore_filter(restore: Callable[[bytes], T], raw: bytes) -> T:

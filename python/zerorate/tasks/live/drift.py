@@ -132,7 +132,7 @@ class DriftEngine(TimedEngine):
         del self._head[self.samples :]
 
     def format_answer(self, cells: Sequence[str], texts: Sequence[str]) -> str:
-        """Return the answer to a line: texts in place of the channels, extra ones at the end."""
+        """Return the line: its cells with the channels replaced, then the extra columns."""
         return self.layout.answer(cells, texts)
 
     def header(self, cells: Sequence[str]) -> str:

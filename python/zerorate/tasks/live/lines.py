@@ -116,7 +116,7 @@ class Layout:
         return False
 
     def answer(self, cells: Sequence[str], texts: Sequence[str]) -> str:
-        """Return the answer to a line: texts in the place of channels, further ones at its end."""
+        """Return the line with `texts` in place of its channels; surplus ones are appended."""
         if self._is_all_channels:
             return ",".join(texts)
         whole = list(cells)
@@ -205,7 +205,7 @@ def columns_of_sensor(names: Sequence[str], kind: str) -> tuple[int, ...]:
 
 def _describe_no_channel(names: Sequence[str] | None) -> str:
     if names is None:
-        return "it holds the sequence number alone, expected a sample next to it"
+        return "it has only the sequence number, expected also a sample"
     return make_sentence(
         "no column looks like a gyro; choose with ",
         keyword_argument("columns"),
@@ -259,9 +259,9 @@ def _parse_names(cells: Sequence[str]) -> tuple[str, ...]:
         remedy = (
             "; ",
             keyword_argument("columns"),
-            " takes the positions of the numbers, from 0 on",
+            " takes column positions, counted from 0",
         )
-        mixed = "it holds names and numbers, expected one or the other"
+        mixed = "it has both names and numbers, expected either"
         raise LineError(make_sentence(mixed, *remedy) if several else mixed)
     if not "".join(cells).isprintable():
         raise LineError(_UNPRINTABLE)

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import ipaddress
 import socket
+import sys
 import threading
+from collections.abc import Iterator
 from dataclasses import dataclass
 from email.message import Message
 from http import HTTPStatus
@@ -21,6 +23,12 @@ CUT: Final = b"..."
 """Mark after a record that is cut: without it, it could pass for a whole one."""
 _MAX_CONNECTIONS: Final = 64
 """Connections of a listener: of more the one that has been idle longest is closed."""
+_COUNTS_DROPS: Final = sys.platform == "linux"
+_DROP_COUNT_OPTION: Final = 40
+"""Linux's ``SO_RXQ_OVFL``, for which `socket` has no name."""
+_DROP_COUNT_BYTES: Final = 4
+_KEPT_BYTES: Final = 80
+"""Bytes kept of a datagram that is cut."""
 _IDLE_S: Final = 30.0
 """Seconds that a peer may let a connection wait."""
 _POLL_S: Final = 0.05
@@ -232,6 +240,62 @@ class BoundedHandler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: object) -> None:
         """Log nothing: stderr belongs to the stream."""
+
+
+class DatagramPort:
+    """Datagrams of permitted peers, with a count of those that the system dropped.
+
+    The system drops datagrams if its buffer is full. Linux counts them; other systems do not, so
+    the count stays zero there.
+
+    Parameters
+    ----------
+    port : socket
+        The bound socket.
+    access : Access
+        Permitted peers.
+    """
+
+    def __init__(self, port: socket.socket, access: Access) -> None:
+        self._port, self._access = port, access
+        self.dropped_count = 0
+        """Datagrams that the system's buffer had no room for, up to the last one received."""
+        self.last_foreign = ""
+        """Address of the last peer that may not send; empty if there was none."""
+        if _COUNTS_DROPS:
+            port.setsockopt(socket.SOL_SOCKET, _DROP_COUNT_OPTION, 1)
+
+    def receive(self, size: int) -> tuple[bytes, Address]:
+        """Return the next datagram, marked as cut if it has more than ``size`` bytes, and its peer.
+
+        Raises
+        ------
+        OSError
+            If the socket fails, or its time is over.
+        """
+        while True:
+            raw, sender = self._receive_any(size)
+            if self._access.admits_peer(sender[0]):
+                return raw, sender
+            self.last_foreign = sender[0]
+
+    def _receive_any(self, size: int) -> tuple[bytes, Address]:
+        if not _COUNTS_DROPS:
+            return self._port.recvfrom(size)
+        raw, extra, flags, sender = self._port.recvmsg(size, socket.CMSG_SPACE(_DROP_COUNT_BYTES))
+        for level, kind, value in extra:
+            if (level, kind) == (socket.SOL_SOCKET, _DROP_COUNT_OPTION):
+                self.dropped_count = int.from_bytes(value[:_DROP_COUNT_BYTES], sys.byteorder)
+        return (raw[:_KEPT_BYTES] + CUT if flags & socket.MSG_TRUNC else raw), sender
+
+    def sentences(self) -> Iterator[str]:
+        """Yield sentences on dropped datagrams and on those of other peers."""
+        if self.dropped_count:
+            yield (
+                f"{self.dropped_count} datagrams were dropped by the system: its buffer was full"
+            )
+        if self.last_foreign:
+            yield f"datagrams of others were left out, last of {self.last_foreign}"
 
 
 class ByteQueue:

@@ -84,7 +84,7 @@ class NavigationSettings:
     time_unit : str, optional
         Unit of the time, as ``time_unit`` of `zerorate.read_log`, if the column's name does not
         state it.
-    beside : tuple of str
+    extra : tuple of str
         Extra columns of an answer, from `NavigationColumn`: the ``"status"``, the position's
         ``"sigma"``, the ``"verdict"`` on a fix.
     columns : tuple of str or int, optional
@@ -120,7 +120,7 @@ class NavigationSettings:
     filter: NavigationFilter
     rate: float
     time: str | int
-    beside: tuple[str, ...] = ()
+    extra: tuple[str, ...] = ()
     columns: tuple[str | int, ...] | None = None
     sequence: str | int | None = None
     sequence_bits: int | None = None
@@ -137,7 +137,7 @@ class NavigationSettings:
             )
         object.__setattr__(self, "filter", self.filter.copy())
         object.__setattr__(self, "time_unit", check_time_unit(self.time_unit))
-        for name in self.beside:
+        for name in self.extra:
             NavigationColumn(name)
         for name in ("rate", "position_sigma", "velocity_sigma"):
             if not 0.0 < getattr(self, name) < np.inf:
@@ -169,10 +169,10 @@ class NavigationSettings:
             check_count(saved["samples"]),
         )
         if nav.samples_seen != samples:
-            raise ValueError("the parts of the state do not belong together")
+            raise ValueError("the parts of the state do not match")
         stamp_clock = restore_stamp_clock(self.rate, saved)
         if stamp_clock is None:
-            raise ValueError("the parts of the state do not belong together")
+            raise ValueError("the parts of the state do not match")
         engine = self._make_engine(layout, stamp_clock, nav, samples)
         engine.go_on(saved)
         return engine
@@ -184,15 +184,15 @@ class NavigationSettings:
         if len(layout.channels) not in _COLUMN_COUNTS:
             raise ColumnError(
                 make_sentence(
-                    "a navigation needs six, nine or twelve columns, got "
+                    "navigation needs six, nine or twelve columns, got "
                     f"{len(layout.channels)}: choose with ",
                     keyword_argument("columns"),
-                    " gyro and accelerometer x, y, z, then maybe latitude, longitude, height and "
-                    "velocity north, east, down of a fix",
+                    " x, y, z of gyro and accelerometer, then optionally latitude, longitude, "
+                    "height, and velocity north, east, down of a fix",
                 )
             )
         if time in layout.channels or time >= layout.fields:
-            raise ColumnError("the column of the time is one of a sensor too")
+            raise ColumnError("the column of the time is also the column of a sensor")
         return NavigationEngine(layout, self, nav, stamp_clock, samples)
 
     def as_json(self) -> dict[str, Any]:
@@ -223,7 +223,7 @@ def _check_units(names: Sequence[str]) -> None:
 _SETTING_FIELDS: Final = (
     "rate",
     "time",
-    "beside",
+    "extra",
     "columns",
     "sequence",
     "sequence_bits",
@@ -263,7 +263,7 @@ class NavigationEngine(TimedEngine):
         self._status_and_verdict = ("", "")
         if len(layout.channels) > _COLUMN_COUNTS[0]:
             self._held_rows = None  # a fix is in one row of those that repeat
-        self._extra_columns = [NavigationColumn(name) for name in settings.beside]
+        self._extra_columns = [NavigationColumn(name) for name in settings.extra]
 
     @property
     def columns(self) -> Sequence[str]:
@@ -277,7 +277,7 @@ class NavigationEngine(TimedEngine):
         """Return the numbers of a line and its stamp; LineError if it holds none."""
         row, stamp = self.layout.row(cells), self.stamp(cells)
         if stamp is None or abs(self._start + stamp) > _MAX_TIME_S:
-            raise LineError("its time is missing, or none in seconds")
+            raise LineError("its time is missing or invalid")
         return row, stamp
 
     @property

@@ -17,7 +17,7 @@ from zerorate.record import atomic_path
 from zerorate.record.atomic import remove_leftovers
 from zerorate.tasks.interrupts import Interrupts
 from zerorate.tasks.live.lines import ColumnError, LineError
-from zerorate.tasks.live.listeners import CUT, Access
+from zerorate.tasks.live.listeners import CUT, Address, DatagramPort
 from zerorate.tasks.live.stream import LineStream
 from zerorate.tasks.live.view import Watcher
 
@@ -75,14 +75,14 @@ def _make_reply(answers: BinaryIO) -> Callable[[str], None]:
     return reply
 
 
-def datagrams(port: socket.socket, interrupts: Interrupts, access: Access) -> Iterator[Line]:
+def datagrams(
+    port: socket.socket, received: DatagramPort, interrupts: Interrupts
+) -> Iterator[Line]:
     """Yield each datagram of a permitted sender as a line, and a function that answers it."""
     while True:
-        raw, sender = interrupts.wait(lambda: port.recvfrom(_MAX_LINE_BYTES))
-        if not access.admits_peer(sender[0]):
-            continue
+        raw, sender = interrupts.wait(lambda: received.receive(_MAX_LINE_BYTES))
 
-        def reply(answer: str, sender: tuple[str, int] = sender) -> None:
+        def reply(answer: str, sender: Address = sender) -> None:
             # A sender that is gone is no fault of the stream: datagrams may be lost.
             with suppress(OSError):
                 port.sendto(answer.encode(), sender)
@@ -226,8 +226,8 @@ class Server:
             wrap = f"; they wrap after {count.turn[1]}" if count.wraps and count.turn else ""
             yield (
                 f"{self.stream.samples} samples, {count.lost_count} of them lost; "
-                f"{count.late_count} came late or again; "
-                f"the numbers restarted {count.restart_count} times{wrap}"
+                f"{count.late_count} came late or twice; the numbers restarted "
+                f"{count.restart_count} times{wrap}"
             )
         if self.garbled_count:
             yield f"garbled lines: {self.garbled_count}"
@@ -240,7 +240,7 @@ class Server:
     def _answer(self, number: int, line: str | Damage) -> str | None:
         if isinstance(line, Damage):
             self._warn_garbled(
-                f"after {self.stream.samples} samples {line.reason}; it is taken as missing"
+                f"after {self.stream.samples} samples {line.reason}; it counts as missing"
             )
             return self.stream.take_damaged()
         try:
@@ -251,7 +251,7 @@ class Server:
             if not self.stream.open and not self.allow_garbled_start:
                 raise LineError(make_sentence(f"line {number}: ", sentence_of(error))) from None
             self._warn_garbled(
-                make_sentence(f"line {number}: ", sentence_of(error), "; it is taken as missing")
+                make_sentence(f"line {number}: ", sentence_of(error), "; it counts as missing")
             )
         return self.stream.no_answer if self.stream.open else None
 

@@ -40,7 +40,7 @@ from zerorate.tasks.live.sequence import MAX_BITS
 from zerorate.tasks.live.stamp_clock import StampClock, restore_stamp_clock
 
 _LINE_FIELDS: Final = (
-    "beside",
+    "extra",
     "columns",
     "unit",
     "data_scale",
@@ -62,7 +62,7 @@ class Settings:
     ----------
     rate : float
         Samples per second, Hz.
-    beside : tuple of str
+    extra : tuple of str
         Further columns of an answer: ``"bias"``, ``"bias_sigma"``, ``"at_rest"``,
         ``"saturated"``, ``"stuck"``.
     columns : tuple of str or int, optional
@@ -102,7 +102,7 @@ class Settings:
     Examples
     --------
     >>> from zerorate.tasks.live import LineStream, Settings
-    >>> stream = LineStream(Settings(rate=100.0, beside=("bias", "at_rest")))
+    >>> stream = LineStream(Settings(rate=100.0, extra=("bias", "at_rest")))
     >>> stream.take("t,gyro_z_dps"), stream.take("0.00,0.5")
     ('t,gyro_z_dps,bias_gyro_z_dps,at_rest_gyro_z_dps', '0.00,0.5,0.0,0')
     """
@@ -110,7 +110,7 @@ class Settings:
     kind: ClassVar[str] = "drift"
 
     rate: float
-    beside: tuple[DriftColumn, ...]
+    extra: tuple[DriftColumn, ...]
     columns: tuple[str | int, ...] | None
     unit: str | None
     data_scale: float | None
@@ -126,7 +126,7 @@ class Settings:
         self,
         rate: float,
         *,
-        beside: tuple[DriftColumn, ...] = (),
+        extra: tuple[DriftColumn, ...] = (),
         columns: tuple[str | int, ...] | None = None,
         unit: str | None = None,
         data_scale: float | None = None,
@@ -154,7 +154,7 @@ class Settings:
         )
         vars(self).update(
             rate=rate,
-            beside=tuple(map(DriftColumn, beside)),
+            extra=tuple(map(DriftColumn, extra)),
             columns=columns,
             unit=None if unit is None else canonical_unit(unit),
             data_scale=data_scale,
@@ -185,7 +185,7 @@ class Settings:
         layout = find_layout(cells, request)
         accel = self._find_accel_columns(layout)
         motion = MotionDetector(self.rate) if accel else None
-        backlog = BacklogFilter(self._make_filter(layout), self.beside, motion=motion)
+        backlog = BacklogFilter(self._make_filter(layout), self.extra, motion=motion)
         stamp_clock = StampClock.of(
             self.rate, self.time, self.time_unit, layout.names, layout.fields
         )
@@ -203,13 +203,13 @@ class Settings:
             fresh_filter.channels,
             fresh_filter.params,
         ) or (drift_filter.samples_seen != samples - pending_count):
-            raise ValueError("the parts of the state do not belong together")
+            raise ValueError("the parts of the state do not match")
         accel = tuple(map(check_count, saved.get("accel", ())))
         motion = _restore_motion(saved, self.rate) if accel else None
         if accel and (accel != self._find_accel_columns(layout) or motion is None):
-            raise ValueError("the parts of the state do not belong together")
+            raise ValueError("the parts of the state do not match")
         backlog, stamp_clock = (
-            BacklogFilter(drift_filter, self.beside, pending_count, motion),
+            BacklogFilter(drift_filter, self.extra, pending_count, motion),
             restore_stamp_clock(self.rate, saved),
         )
         engine = self._make_engine(layout, backlog, samples, accel, stamp_clock)
@@ -254,12 +254,12 @@ class Settings:
             return None
         if len(layout.channels) != _AXES:
             raise ColumnError(
-                f"a calibration is of a gyro of three axes, the lines have {len(layout.channels)}"
+                f"a calibration needs a gyro of three axes, the lines have {len(layout.channels)}"
             )
         if layout.unit is None:
             raise ColumnError(
                 make_sentence(
-                    "a calibration needs the unit of the gyro, which the lines do not say: give ",
+                    "a calibration needs the unit of the gyro, which the lines lack: give ",
                     keyword_argument("unit"),
                 )
             )
@@ -306,6 +306,6 @@ def _restore_motion(saved: Mapping[str, Any], rate: float) -> MotionDetector[boo
 
 def _check_bits(bits: int, sequence: str | int | None) -> None:
     if sequence is None:
-        raise ValueError("sequence_bits needs sequence, the column of the numbers")
+        raise ValueError("sequence_bits needs sequence, the column of the sequence numbers")
     if not 1 <= bits <= MAX_BITS:
         raise ArgumentError("sequence_bits", f"must be 1 to {MAX_BITS}, got {bits}")

@@ -20,6 +20,7 @@ from zerorate.tasks.live.listeners import (
     BoundedHandler,
     BoundedServer,
     ByteQueue,
+    DatagramPort,
     parse_host_port,
 )
 from zerorate.texts import describe_missing_extra
@@ -30,6 +31,7 @@ _MAX_PUSH_BYTES: Final = 1 << 22
 _MAX_LENGTH_DIGITS: Final = 12
 _TIMEOUT_S: Final = 30.0
 """Longest wait for a connection or a device."""
+_POLL_S: Final = 0.05
 _CLOSING_S: Final = 0.3
 """Longest wait for the other side when the stream ends."""
 _DEFAULT_BAUD: Final = 115200
@@ -215,23 +217,41 @@ def _open_tcp(request: SourceRequest) -> Iterator[_Read]:
 
 @contextmanager
 def _open_udp(request: SourceRequest) -> Iterator[_Read]:
-    foreign: list[str] = []
+    pieces, faults = ByteQueue(), list[OSError]()
+    stopped = threading.Event()
+
+    def work() -> None:
+        while not stopped.is_set():
+            try:
+                # A datagram without a byte is not the end.
+                pieces.put(request.whole(datagrams.receive(_READ_BYTES)[0]) or b"\n")
+            except TimeoutError:
+                continue
+            except OSError as error:
+                faults.append(error)
+                break
+        pieces.end()
 
     def read() -> bytes:
-        while True:
-            raw, sender = port.recvfrom(_READ_BYTES)
-            if request.access.admits_peer(sender[0]):
-                # A datagram without a byte is not the end.
-                return request.whole(raw) or b"\n"
-            foreign.append(sender[0])
-            del foreign[:-1]
+        piece = pieces.get()
+        if not piece and faults:
+            raise faults[0]
+        return piece
 
-    def notice() -> str:
-        return f"datagrams of others were left out, last of {foreign[-1]}" if foreign else ""
-
-    request.ending.notices.append(notice)
     with bound_socket(*_parse_address(request.target, "udp"), request.access) as port:
-        yield read
+        port.settimeout(_POLL_S)
+        datagrams = DatagramPort(port, request.access)
+        request.ending.notices += [
+            lambda: "; ".join(datagrams.sentences()),
+            lambda: _dropped(pieces, "datagrams"),
+        ]
+        thread = threading.Thread(target=work, daemon=True)
+        thread.start()
+        try:
+            yield read
+        finally:
+            stopped.set()
+            thread.join()
 
 
 def bound_socket(host: str, number: int, access: Access) -> socket.socket:
@@ -328,7 +348,7 @@ def _open_http(request: SourceRequest) -> Iterator[_Read]:
 
     request.ending.notices += [
         lambda: _dropped(bodies, "pushes"),
-        lambda: f"{len(torn)} pushes came torn; the first: {torn[0]}" if torn else "",
+        lambda: f"{len(torn)} requests were incomplete; the first: {torn[0]}" if torn else "",
     ]
     host, number = _parse_address(request.target, "http")
     try:
@@ -427,10 +447,10 @@ SOURCES: Final = {
     "udp": SourceKind("udp:HOST:PORT", "datagrams to this address of this machine", _open_udp),
     "ws": SourceKind("ws://HOST:PORT/PATH", "a WebSocket", _open_websocket),
     "http": SourceKind(
-        "http:HOST:PORT", "what is pushed to this address of this machine", _open_http
+        "http:HOST:PORT", "HTTP requests to this address of this machine", _open_http
     ),
     "ble": SourceKind(
-        "ble:ADDRESS/CHARACTERISTIC", "a Bluetooth device's notices", _open_bluetooth
+        "ble:ADDRESS/CHARACTERISTIC", "notifications of a Bluetooth device", _open_bluetooth
     ),
 }
 """The kinds of live sources, by what their addresses begin with."""

@@ -65,7 +65,7 @@ class LineStream:
     >>> stream = LineStream(Settings(rate=100.0))
     >>> stream.take("millis,gx,gy"), stream.take("120,0.5,0.25")
     ('millis,gx,gy', '120,0.0,0.0')
-    >>> settings = AttitudeSettings(100.0, gyro_unit="rad/s", accel_unit="g", beside=("at_rest",))
+    >>> settings = AttitudeSettings(100.0, gyro_unit="rad/s", accel_unit="g", extra=("at_rest",))
     >>> stream = LineStream(settings)
     >>> stream.take("t,gx,gy,gz,ax,ay,az")
     't,quat_w,quat_x,quat_y,quat_z,at_rest'
@@ -218,7 +218,9 @@ class LineStream:
             stream.sequence = restore_sequence(stream.settings, saved.fields["sequence"])
             saved.check(stream.settings.sequence, stream.sequence)
         except FOREIGN_STATE_ERRORS:
-            raise CheckpointError("its checksum fits, but it holds no state of a stream") from None
+            raise CheckpointError(
+                "its checksum is right, but it has no state of a stream"
+            ) from None
         stream._engine = _restore_engine(stream.settings, saved, filter_)
         if settings is not None:
             check_settings(stream.settings, saved.layout.fields, settings, fields)
@@ -227,7 +229,7 @@ class LineStream:
     @property
     def _require_engine(self) -> Engine:
         if self._engine is None:
-            raise RuntimeError("no line has come yet, so the columns are not known")
+            raise RuntimeError("no line was received yet, so the columns are unknown")
         return self._engine
 
     def _answer_sample(self, engine: Engine, cells: list[str]) -> str:
@@ -253,4 +255,4 @@ def _restore_engine(settings: EngineSettings, saved: StreamState, filter_: bytes
     except CheckpointError:
         raise
     except FOREIGN_STATE_ERRORS:
-        raise CheckpointError("its checksum fits, but it holds no state of a stream") from None
+        raise CheckpointError("its checksum is right, but it has no state of a stream") from None

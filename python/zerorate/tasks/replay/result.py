@@ -310,7 +310,7 @@ def _log_notes(replay: Summary) -> Iterator[str]:
         if restarts:
             times = "once" if restarts == 1 else f"{restarts} times"
             yield (
-                f"{name}: the noise learned at the start was wrong by many orders, and noise "
+                f"{name}: the noise learned at the start was wrong by orders of magnitude; noise "
                 f"and drift were learned again, {times}"
             )
 
@@ -333,8 +333,8 @@ def _motion_notes(replay: Summary) -> Iterator[str]:
     seconds = zip(replay.header.names, moved / replay.header.rate, strict=True)
     listed = ", ".join(f"{name} {shorten(time, 4)} s" for name, time in seconds if time)
     yield (
-        f"in motion, or not yet seen to rest, where nothing is learned: {listed}; all measures are "
-        "of the rest"
+        f"in motion or before the first rest, where nothing is learned: {listed}; all measures "
+        f"are from rest"
     )
 
 
@@ -351,7 +351,7 @@ def describe_unlearned(replay: Summary) -> Iterator[str]:
         if not ready and counts.equal[i] and present >= needed:
             yield f"{name}: all samples are equal, so no noise, model or gain was learned"
         elif replay.status[i] == _NO_REST and present >= needed:
-            yield f"{name}: no rest was found, so no bias is known: a filter learns while it rests"
+            yield f"{name}: no rest was found, so the bias is unknown: a filter learns at rest"
         elif not ready:
             yield (
                 f"{name}: start-up not finished: it needs {needed} samples, has {present}: "
@@ -359,8 +359,8 @@ def describe_unlearned(replay: Summary) -> Iterator[str]:
             )
         elif replay.status[i] == _PROVISIONAL:
             yield make_sentence(
-                f"{name}: what was learned as rest may be motion: nothing louder was seen, and it "
-                "did not last a minute; ",
+                f"{name}: the rest may be slow motion: no stronger motion followed, and it did "
+                f"not last a minute; ",
                 keyword_argument("rest_limit"),
                 " distinguishes them",
             )

@@ -158,7 +158,7 @@ def filter_to_file(
     accel : LogFile, optional
         As in `run_filters`; memory holds one byte for each of its samples.
     methods, output, horizons, progress, **options
-        As of `run_filters`.
+        As in `run_filters`.
     force : bool
         Replace an existing file; default no.
     rows : int
@@ -241,7 +241,7 @@ def _summarise(
     counts = measured.sample_counts
     if not counts.present_count.any():
         saturated = "" if filters.limit is None else f", or beyond the limit of {filters.limit:g}"
-        raise LogError(f"no axis holds a sample: all are missing{saturated}")
+        raise LogError(f"no axis has a sample: all are missing{saturated}")
     header = recording.header
     chosen_filter, history = filters.chosen_filter, filters.recorder.history()
     return Summary(

@@ -165,7 +165,7 @@ def replay_to_file(
     path : path
         The file to write, completely or not at all.
     method, methods, accel, calibration, fix, horizons, progress, **options
-        As of `replay`.
+        As in `replay`.
     force : bool
         Replace an existing file.
     rows : int
@@ -179,7 +179,7 @@ def replay_to_file(
     Raises
     ------
     LogError, ValueError
-        As of `replay`.
+        As in `replay`.
     OSError
         If the file cannot be written.
 

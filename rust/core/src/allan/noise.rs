@@ -1,14 +1,15 @@
 //! Measurement noise R from the Allan variance at the shortest averaging time (FH 17, 18, 26–31).
 
+use nalgebra::SimdBool;
 use serde::{Deserialize, Serialize};
 
-use crate::error::Error;
+use crate::error::{Error, require};
 use crate::math::validity::{is_sample, is_size};
 use crate::math::{Limits, Real, choose};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Number, Stream};
 
-/// The difference of samples whose variance is taken.
+/// The difference of samples for the variance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum AllanKind {
     /// First difference, `R = E[(z_k - z_{k-1})²] / 2` (FH 17).
@@ -19,7 +20,7 @@ pub enum AllanKind {
 }
 
 impl AllanKind {
-    /// The kind of a name.
+    /// The kind with this name.
     pub fn of_name(name: &str) -> Option<Self> {
         match name {
             "allan" => Some(Self::Allan),
@@ -56,24 +57,22 @@ pub struct AllanNoise<T> {
 crate::math::laned!(AllanNoise [] { fading, floor, variance, weight_sum, previous } common { kind });
 
 impl<T: Real> AllanNoise<T> {
-    /// An estimator with memory `fading` in (0, 1] (1: all differences weigh the same) that never
-    /// returns less than `floor`.
+    /// An estimator with fading factor `fading` in (0, 1] (1: equal weights of all differences)
+    /// that never returns less than `floor`.
     ///
     /// # Errors
     /// [`Error::Parameter`] if `fading` or `floor` is out of range.
     pub fn new(fading: f64, kind: AllanKind, floor: f64) -> Result<Self, Error> {
-        if !(floor >= 0.0 && floor.is_finite()) {
-            return Err(Error::Parameter {
-                name: "floor",
-                expected: "zero or a positive number",
-                value: floor,
-            });
-        }
+        // As a number of the stream it must be one too.
+        let is_size = floor >= 0.0 && T::of(floor).finite().all();
+        require(is_size, "floor", "zero or a positive number", floor)?;
         Self::with_floor(fading, kind, T::of(floor))
     }
 
     pub(crate) fn with_floor(fading: f64, kind: AllanKind, floor: T) -> Result<Self, Error> {
         crate::error::check_fading(fading)?;
+        let is_seen = T::of(fading).simd_gt(T::zero()).all();
+        require(is_seen, "fading", "above 0 as a number of the stream", fading)?;
         Ok(Self {
             kind,
             fading: T::of(fading),
@@ -89,23 +88,23 @@ impl<T: Real> AllanNoise<T> {
         self.fading
     }
 
-    /// The difference whose variance is taken.
+    /// The difference of samples for the variance.
     pub fn kind(&self) -> AllanKind {
         self.kind
     }
 
-    /// The least that it returns.
+    /// Lower limit of the result.
     pub fn floor(&self) -> T {
         self.floor
     }
 
-    /// The estimate to date: `floor` until a difference was seen.
+    /// The estimate to date; `floor` before the first difference.
     #[inline(always)]
     pub fn variance(&self) -> T {
         self.variance.at_least(self.floor)
     }
 
-    /// Takes one sample; one that is not finite, and differences across it, are left out.
+    /// Process one sample; a sample that is not finite, and differences across it, are left out.
     #[inline(always)]
     pub fn observe(&mut self, z: T) {
         let square = self.squared_difference(z);

@@ -1,13 +1,13 @@
 //! Many gyros of one body as one.
 //!
-//! Each learns its own drift, axis by axis. At rest their noise decides how much each counts, in
-//! motion their scale errors, which are equal; a sensor that disagrees with the others is left out
-//! until it has agreed again for a while. A single gyro has no other to agree with: it is its drift
-//! filter, equal to the last bit.
+//! Each gyro learns its own drift, axis by axis. Weights follow from noise at rest, and from scale
+//! errors, which are assumed equal, in motion. A sensor that disagrees with the others is excluded
+//! until it has agreed again for a while. An array of one gyro equals its drift filter to the last
+//! bit.
 //!
-//! How many gyros there are is known when it runs, so [`GyroArray`] takes slices and is no [`Stream`],
-//! whose input has a size that is compiled; its filters are. Of a known number it becomes one in a few
-//! lines: see `tests/core/array.rs`.
+//! How many gyros there are is known when it runs, so [`GyroArray`] takes slices and is no
+//! [`Stream`], whose input has a size that is compiled; its filters are. Of a known number it
+//! becomes one in a few lines: see `tests/core/array.rs`.
 
 mod centralised;
 mod noise;
@@ -34,7 +34,7 @@ const MAX_SAMPLE: f64 = 1e75;
 /// Part of their sizes that weights, some of which may be negative, must add up to.
 const MIN_WEIGHT_SUM: f64 = 0.25;
 
-/// Gyros of one body, with `A` axes each, as one gyro.
+/// Gyros of one body, with `A` axes each, fused into one gyro.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GyroArray<const A: usize> {
     params: ArrayParams,
@@ -74,22 +74,22 @@ enum Seen {
 /// Health of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Health {
-    /// Nothing speaks against it.
+    /// Used.
     Good,
-    /// Some of its last sample was missing.
+    /// Part of its last sample was missing.
     Missing,
-    /// Some of it was at the end of the sensor's range.
+    /// Part of its last sample was at the end of the range.
     Saturated,
-    /// It gives the same sample again and again.
+    /// It repeats one sample.
     Stuck,
     /// It disagrees with the others, or has not yet agreed with them for long enough.
     Excluded,
-    /// Two sensors are left that disagree: nobody knows which of them is wrong.
+    /// It is one of two remaining sensors that disagree.
     Disputed,
 }
 
 impl Health {
-    /// The word for it.
+    /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Good => "good",
@@ -137,7 +137,7 @@ impl<const A: usize> GyroArray<A> {
         &self.params
     }
 
-    /// Takes a sample of every sensor, axis by axis; puts down the rate of the body.
+    /// Process a sample of every sensor, axis by axis; write the rate of the body to `rate`.
     #[inline]
     pub fn update(&mut self, z: &[f64], rate: &mut [f64]) {
         self.samples += 1;
@@ -159,15 +159,14 @@ impl<const A: usize> GyroArray<A> {
         }
     }
 
-    /// Back to before the first sample.
+    /// Reset to the state before the first sample.
     pub fn reset(&mut self) {
         if let Ok(fresh) = Self::new(self.params.clone()) {
             *self = fresh;
         }
     }
 
-    /// The sensors were switched off and on: their biases are forgotten, their noise is not, nor who
-    /// was wrong.
+    /// Restart after the sensors were off: forget the biases, keep noise and exclusions.
     pub fn power_on(&mut self) {
         self.filters.iter_mut().for_each(|filter| {
             filter.power_on();
@@ -307,7 +306,8 @@ impl<const A: usize> GyroArray<A> {
         for weight in self.weights.iter().skip(axis).step_by(A) {
             (sum, size) = (sum + weight, size + weight.abs());
         }
-        // Weights that all but cancel, once some sensors are out, say nothing of those that are left.
+        // Weights that all but cancel, once some sensors are out, say nothing of those that are
+        // left.
         if sum <= MIN_WEIGHT_SUM * size {
             sum = self.count_alike(axis);
         }
@@ -422,7 +422,7 @@ impl<const A: usize> GyroArray<A> {
         self.filters.iter().map(|filter| filter.bias())
     }
 
-    /// Standard deviations of these biases, as means over the next ten seconds.
+    /// Standard deviations of these biases, of their means over the next ten seconds.
     pub fn bias_sigmas(&self) -> impl Iterator<Item = f64> {
         self.filters.iter().map(|filter| filter.bias_sigma())
     }
@@ -437,12 +437,12 @@ impl<const A: usize> GyroArray<A> {
         &self.used
     }
 
-    /// Mask of sensors that are left out since they disagree with the others.
+    /// Mask of sensors excluded because they disagree with the others.
     pub fn excluded(&self) -> impl Iterator<Item = bool> {
         (0..self.params.sensors).map(|sensor| self.vote.is_excluded(sensor))
     }
 
-    /// True if sensors disagree and nobody knows which of them is wrong.
+    /// True if sensors disagree without a majority.
     pub fn is_disputed(&self) -> bool {
         self.vote.is_disputed()
     }
@@ -493,8 +493,8 @@ fn rotate<const A: usize>(turn: &[f64], from: &[f64; A]) -> [f64; A] {
     })
 }
 
-/// Puts a row into those that are sorted axis by axis, by exchanges alone: which of two numbers is the
-/// larger no branch could foretell.
+/// Puts a row into those that are sorted axis by axis, by exchanges alone: which of two numbers is
+/// the larger no branch could foretell.
 #[inline(always)]
 fn insert<const A: usize>(sorted: &mut [f64], mut row: [f64; A]) {
     let last = sorted.len() - A;

@@ -21,44 +21,44 @@ const MAX_CORRECTION: f64 = 0.5;
 pub enum Fusion {
     /// Biases learned at rest, weights, and a vote.
     Voted,
-    /// Two stages of Kalman filters that take the rate for a random walk, as Liu, He & Zhao have it.
+    /// Two stages of Kalman filters that model the rate as a random walk (Liu, He & Zhao).
     Centralised,
 }
 
 /// Weighting of sensors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Weights {
-    /// By its noise at rest, by its scale error in motion.
+    /// By noise at rest and by scale errors in motion.
     Auto,
-    /// As much as any other.
+    /// Equal.
     Mean,
-    /// By its white noise alone.
+    /// By white noise only.
     White,
-    /// As given, sensor by sensor, axis by axis of the body.
+    /// As stated, by sensor and axis of the body.
     Given(Vec<f64>),
 }
 
 /// Parameters of a [`GyroArray`](super::GyroArray).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ArrayParams {
-    /// Samples a second.
+    /// Samples per second.
     pub rate: f64,
     /// Number of gyros.
     pub sensors: usize,
     /// Their names.
     pub labels: Vec<String>,
-    /// Sensor by sensor, row by row: from its axes to those of the body; None where all are aligned.
+    /// Rotation of each sensor, row by row, from its axes to the body's; None if all are aligned.
     pub rotations: Option<Vec<f64>>,
-    /// Likewise: what a calibration says of scale and misalignment, `rate = correction · sample`, taken
-    /// before the rotation.
+    /// Correction of each sensor for scale and misalignment, row by row, `rate = correction ·
+    /// sample`, applied before the rotation.
     pub corrections: Option<Vec<f64>>,
-    /// Size at which a sample is at the end of the sensor's range.
+    /// Size from which a sample is saturated.
     pub limit: Option<f64>,
     /// Limits of rest.
     pub limits: RestLimits,
     /// Weighting of the sensors.
     pub weights: Weights,
-    /// Deviation of the sensors' scale factors from one.
+    /// Standard deviation of the sensors' scale factors.
     pub scale_error: f64,
     /// Method of fusion.
     pub fusion: Fusion,
@@ -71,7 +71,8 @@ impl ArrayParams {
         AutoParams { rate: self.rate, behaviour, limits: self.limits, ..AutoParams::default() }
     }
 
-    /// Sensor by sensor, row by row: from its samples to the axes of the body; None where they are that.
+    /// Sensor by sensor, row by row: from its samples to the axes of the body; None where they are
+    /// that.
     ///
     /// # Errors
     /// [`Error::Memory`] if there is none.

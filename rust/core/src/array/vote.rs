@@ -26,7 +26,7 @@ const MIN_TICK_SAMPLES: u32 = 4;
 /// Axes that a gyro has at most.
 const MAX_AXES: usize = 3;
 
-/// Seconds of agreement after which a sensor is back.
+/// Time of agreement after which a sensor is used again, s.
 pub(super) const READMISSION_S: f64 = 10.0;
 
 /// Part of the rate that has shown a fault, above which agreement counts.
@@ -39,8 +39,8 @@ pub(super) struct Vote {
     pub(super) sums: Vec<Sums>,
     /// Deviation of a sample, NaN as long as it is not known.
     pub(super) sigmas: Vec<f64>,
-    /// Axis by axis: sums of squares of the middle; how many have a say; whether one of them knows its
-    /// noise and bias.
+    /// Axis by axis: sums of squares of the middle; how many have a say; whether one of them knows
+    /// its noise and bias.
     pub(super) squares: Vec<f64>,
     pub(super) voters: Vec<u32>,
     pub(super) known: Vec<bool>,

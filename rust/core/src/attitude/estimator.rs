@@ -24,7 +24,7 @@ pub trait Estimator {
     /// Goes on from this orientation, of length one, of which tilt and heading are known so well.
     fn align(&mut self, orientation: Quaternion<f64>, tilt_sigma: f64, heading_sigma: f64);
 
-    /// Back to before the first sample.
+    /// Reset to the state before the first sample.
     fn reset(&mut self);
 
     /// The same, but for what the sensor keeps while it is off.
@@ -52,19 +52,20 @@ pub struct Knowledge {
     pub gyro_matrix_sigma: Matrix3<f64>,
     /// Standard deviation of the angle between true and estimated up, rad.
     pub tilt_sigma: f64,
-    /// That of the heading, rad.
+    /// Standard deviation of the heading, rad.
     pub heading_sigma: f64,
     /// Mean strength of the specific force in rests, m/s².
     pub gravity: f64,
     /// True if the sensor rests.
     pub at_rest: bool,
-    /// True if it rests with a bias beyond the largest, or turns on a rate table: none can tell.
+    /// True if it rests with a bias above the limit or turns on a rate table, which cannot be
+    /// distinguished.
     pub unclear: bool,
     /// True if gravity turns in the sensor as if the gyro's rates were in another unit.
     pub wrong_unit: bool,
-    /// True if the magnetic field is not the one known.
+    /// True if the magnetic field differs from the known one.
     pub disturbed: bool,
-    /// True if the magnetometer gives one value while the sensor turns.
+    /// True if the magnetometer repeats one value while the sensor rotates.
     pub stuck: bool,
     /// True if the first seconds are over.
     pub started: bool,

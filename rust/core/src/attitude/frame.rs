@@ -33,7 +33,7 @@ impl Frame {
 }
 
 impl Frame {
-    /// An orientation in east, north, up, seen from these axes, the scalar first.
+    /// Components of an orientation in east, north, up relative to these axes, scalar first.
     #[inline(always)]
     pub(super) fn components(self, enu: &Quaternion<f64>) -> [f64; 4] {
         let (w, x, y, z, half) = (enu.w, enu.i, enu.j, enu.k, FRAC_1_SQRT_2);

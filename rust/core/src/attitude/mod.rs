@@ -1,12 +1,12 @@
 //! Attitude: which way a body points, from its gyro, accelerometer and magnetometer.
 //!
-//! [`Attitude`] is the stream: it takes samples in the units of the sensors, knows what is missing
-//! and how long each took, and says the answer in the earth frame asked for. What turns rates,
-//! forces and fields into an orientation is an [`Estimator`]; [`Auto`] is the one to use, the others
-//! are the named ones of textbooks. [`Tilt`] is one axis alone.
+//! [`Attitude`] is the stream: it accepts samples in the units of the sensors, handles missing ones
+//! and times, and answers in the requested earth frame. An [`Estimator`] computes the orientation
+//! from rates, forces and fields: use [`Auto`]; the others are textbook methods. [`Tilt`] estimates
+//! the tilt about one axis.
 //!
-//! Inside, all is in rad, s and m/s², and in the frame east, north, up; a quaternion turns axes of
-//! the sensor into axes of the earth, its scalar first.
+//! Internal units are rad, s and m/s², the internal frame is east, north, up. Quaternions rotate
+//! from sensor axes to earth axes, scalar first.
 
 mod auto;
 mod compass;

@@ -13,8 +13,8 @@ pub(super) const MIN_FIELD: f64 = 1e-9;
 /// Less than this is no specific force: a sensor that is not there, or free fall.
 const MIN_FORCE: f64 = 1e-9;
 
-/// A sample as it is given: three axes of gyro, accelerometer and magnetometer in their units, and
-/// the seconds since the sample before it. NaN where something is missing.
+/// A raw sample: three axes of gyro, accelerometer and magnetometer in their units, and the time
+/// since the previous sample, s. Missing values are NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// Angular rate.
@@ -23,8 +23,8 @@ pub struct Sample {
     pub accel: [f64; 3],
     /// Magnetic field, in any unit.
     pub mag: [f64; 3],
-    /// Seconds since the sample before; NaN for one period of the rate, below zero where the clock was
-    /// set back: as a second of which nothing is known, or ten if it was by more than a second.
+    /// Time since the previous sample, s; NaN for one period of the rate. A negative value (a clock
+    /// set back) counts as an unknown second, or as ten if it is below -1 s.
     pub dt: f64,
 }
 

@@ -22,7 +22,8 @@ const MAX_HELD_S: f64 = 0.05;
 const MAX_PERIODS: f64 = 1.5;
 /// More seconds between two samples are a gap.
 const MIN_GAP_S: f64 = 1.0;
-/// Seconds for which nothing is known where a clock was set back by more: a recorder that began again.
+/// Seconds for which nothing is known where a clock was set back by more: a recorder that began
+/// again.
 const RESTART_GAP_S: f64 = 10.0;
 /// No gap is longer, s.
 const MAX_GAP_S: f64 = 1e9;
@@ -30,8 +31,8 @@ const MAX_GAP_S: f64 = 1e9;
 const CLIPPING_SHARE: f64 = 0.999;
 /// A gyro whose rate was no higher, rad/s, may have come to rest.
 const MAX_SLOW_RATE_RAD_S: f64 = 5.0 * core::f64::consts::PI / 180.0;
-/// Seconds that count at most of a gyro's zeros, less those of its low rates that are none, and from
-/// how many on zeros are a rate: after a low one, and after any.
+/// Seconds that count at most of a gyro's zeros, less those of its low rates that are none, and
+/// from how many on zeros are a rate: after a low one, and after any.
 const MAX_ZEROS_S: f64 = 4.0;
 const MIN_ZEROS_S: [f64; 2] = [-2.0, 0.5];
 /// Range of gravity that a sensor at rest may measure, m/s²: beyond, its unit is not the stated
@@ -41,17 +42,17 @@ const GRAVITY_RANGE: [f64; 2] = [9.3, 10.3];
 /// Parameters of every estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AttitudeParams {
-    /// Samples a second.
+    /// Samples per second.
     pub rate: f64,
     /// Axes of the earth.
     pub frame: Frame,
     /// True if there is a magnetometer; without one a level sensor starts along the frame's axes.
     pub mag: bool,
-    /// rad/s in a unit of the gyro.
+    /// Unit of the gyro in rad/s.
     pub gyro_unit: f64,
-    /// m/s² in a unit of the accelerometer.
+    /// Unit of the accelerometer in m/s².
     pub accel_unit: f64,
-    /// Largest rate about an axis that the gyro measures, rad/s, if it is known: beyond, it is missing.
+    /// Range of the gyro, rad/s, if known: larger rates count as missing.
     pub gyro_range: Option<f64>,
 }
 
@@ -176,7 +177,7 @@ pub struct Attitude<E> {
 }
 
 impl<E: Estimator> Attitude<E> {
-    /// A stream around an estimator that has seen nothing.
+    /// A stream around an estimator before its first sample.
     ///
     /// # Errors
     /// [`Error::Parameter`] if a parameter is out of its range.
@@ -214,7 +215,7 @@ impl<E: Estimator> Attitude<E> {
         self.samples
     }
 
-    /// Rates that were given and left out: beyond the range or any body's.
+    /// Number of rates left out because they exceed the range or any body's rate.
     pub fn rates_left_out(&self) -> u64 {
         self.left_out
     }
@@ -257,15 +258,15 @@ impl<E: Estimator> Attitude<E> {
         }
     }
 
-    /// Strength of the force in rests, in m/s², if it is none that gravity can be: the unit of the
-    /// accelerometer is then not the one said.
+    /// Size of the force at rest, m/s², if it cannot be gravity: the accelerometer's unit is then
+    /// wrong.
     pub fn wrong_gravity(&self) -> Option<f64> {
         let [least, most] = GRAVITY_RANGE;
         let gravity = self.estimator.knowledge().gravity;
         (gravity < least || gravity > most).then_some(gravity)
     }
 
-    /// Goes on from this orientation in the frame, the scalar first, of any length but zero.
+    /// Continue from this orientation in the frame, scalar first, of any length except zero.
     pub fn align(&mut self, orientation: [f64; 4], tilt_sigma: f64, heading_sigma: f64) {
         let [w, x, y, z] = orientation;
         let given = Quaternion::new(w, x, y, z).normalize();
@@ -273,7 +274,7 @@ impl<E: Estimator> Attitude<E> {
         self.estimator.align(enu, tilt_sigma, heading_sigma);
     }
 
-    /// Back to before the first sample, but for what the sensor keeps while it is off.
+    /// Reset, except what the sensor keeps while it is off.
     pub fn power_on(&mut self) {
         self.estimator.power_on();
         self.forget();
@@ -344,8 +345,8 @@ impl<E: Estimator> Attitude<E> {
     /// A low rate; none if it is a vector of zeros that stands for a missing sample.
     ///
     /// A simulated gyro, or one with a dead band, gives zeros at rest, and one that works gives
-    /// noise: which it is shows by what it gives while it is slow. Nobody who turned a moment before
-    /// stands exactly still.
+    /// noise: which it is shows by what it gives while it is slow. Nobody who turned a moment
+    /// before stands exactly still.
     #[inline(never)]
     fn slow(&mut self, rate: Vector3<f64>, dt: f64) -> Option<Vector3<f64>> {
         if rate.norm_squared() > 0.0 {
@@ -388,7 +389,7 @@ impl<E: Estimator> Attitude<E> {
 /// Reading of a body after a sample, in its frame and units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
-    /// Everything known after the sample.
+    /// All estimates after the sample.
     pub snapshot: Snapshot,
     /// Roll, pitch, yaw, rad.
     pub euler: [f64; 3],
@@ -402,12 +403,12 @@ pub struct Reading {
     pub status: &'static str,
 }
 
-/// Everything known after a sample.
+/// All estimates after a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Snapshot {
     /// From the axes of the sensor to those of the earth, the scalar first.
     pub quaternion: [f64; 4],
-    /// Estimates next to it, bias in the unit of the gyro.
+    /// Other estimates, with the bias in the gyro's unit.
     pub knowledge: Knowledge,
     /// Specific force without gravity, in the axes of the sensor and its unit.
     pub linear_acceleration: [f64; 3],
@@ -469,7 +470,7 @@ impl<E: Estimator> Stream for Attitude<E> {
         self.forget();
     }
 
-    /// As of any stream, but always with the instructions of whoever calls it.
+    /// As for any stream, but always with the instructions of whoever calls it.
     #[inline(always)]
     fn run(&mut self, inputs: impl Iterator<Item = Sample>, mut put: impl FnMut([f64; 4])) {
         for input in inputs {
@@ -515,9 +516,9 @@ impl<E: Estimator> Traced for Attitude<E> {
 
 /// Names the type of an estimator in a checkpoint.
 pub trait Tagged: Estimator + Serialize + serde::de::DeserializeOwned {
-    /// As of [`Checkpoint::TAG`].
+    /// As in [`Checkpoint::TAG`].
     const TAG: &'static str;
-    /// As of [`Checkpoint::VERSION`].
+    /// As in [`Checkpoint::VERSION`].
     const VERSION: u16 = 3;
 }
 

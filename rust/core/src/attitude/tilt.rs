@@ -31,7 +31,7 @@ pub enum TiltMethod {
     Kalman,
 }
 
-/// The names of the methods, as people write them.
+/// Names of the methods.
 pub const TILT_METHODS: [&str; 2] = ["complementary", "kalman"];
 
 impl TiltMethod {
@@ -40,7 +40,7 @@ impl TiltMethod {
         TILT_METHODS[self as usize]
     }
 
-    /// The method of a name.
+    /// The method with this name.
     pub fn of_name(name: &str) -> Option<Self> {
         [Self::Complementary, Self::Kalman].into_iter().find(|method| method.name() == name)
     }
@@ -49,11 +49,11 @@ impl TiltMethod {
 /// Constants of both methods; each uses some.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TiltConstants {
-    /// Of the complementary filter, s.
+    /// Time constant of the complementary filter, s.
     pub time_constant: f64,
-    /// Variance that the angle gains in a second, unit²/s.
+    /// Growth of the angle's variance per second, unit²/s.
     pub q_angle: f64,
-    /// Variance that the bias gains in a second, (unit/s)²/s.
+    /// Growth of the bias's variance per second, (unit/s)²/s.
     pub q_bias: f64,
     /// Variance of one sample of the accelerometer's angle, unit².
     pub r_measure: f64,
@@ -126,7 +126,7 @@ pub const TILT_CONSTANTS: &[Constant<TiltConstants>] = &[
 /// Parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TiltParams {
-    /// Samples a second.
+    /// Samples per second.
     pub rate: f64,
     /// Combination of rate and angle.
     pub method: TiltMethod,
@@ -149,8 +149,8 @@ impl TiltParams {
 /// one period. The first angle begins.
 ///
 /// Complementary: θ ← a(θ + ω dt) + (1 - a)θ_acc with a = τ/(τ + dt); a bias b leaves exactly b τ.
-/// Kalman: states angle and bias, F = [1, -dt; 0, 1], Q = diag(q_θ, q_b) dt, H = [1, 0], R a variance
-/// of one sample, so that the same constants are another filter at another rate.
+/// Kalman: states angle and bias, F = [1, -dt; 0, 1], Q = diag(q_θ, q_b) dt, H = [1, 0], R a
+/// variance of one sample, so that the same constants are another filter at another rate.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Tilt {
     params: TiltParams,
@@ -166,7 +166,7 @@ pub struct Tilt {
 }
 
 impl Tilt {
-    /// A filter that has seen nothing.
+    /// A filter before its first sample.
     ///
     /// # Errors
     /// [`Error::Parameter`] if a parameter is out of its range.
@@ -195,17 +195,17 @@ impl Tilt {
         if self.begun { self.angle } else { f64::NAN }
     }
 
-    /// The gyro's output without rotation, by the Kalman filter; else NaN.
+    /// The gyro's bias from the Kalman filter; else NaN.
     pub fn bias(&self) -> f64 {
         if self.is_kalman() { self.bias } else { f64::NAN }
     }
 
-    /// Standard deviation of the tilt, by the Kalman filter; else NaN.
+    /// Standard deviation of the tilt from the Kalman filter; else NaN.
     pub fn angle_sigma(&self) -> f64 {
         self.sigma(0)
     }
 
-    /// That of the bias, likewise.
+    /// Standard deviation of the bias from the Kalman filter; else NaN.
     pub fn bias_sigma(&self) -> f64 {
         self.sigma(1)
     }
@@ -268,8 +268,8 @@ impl Tilt {
         self.P.set(1, 1, r - b * q + ROUNDING * r);
     }
 
-    /// Variances below their cap, without a change of the correlation, and the covariance below what
-    /// they allow: in a step that is too short for one variance it need not vanish.
+    /// Variances below their cap, without a change of the correlation, and the covariance below
+    /// what they allow: in a step that is too short for one variance it need not vanish.
     fn limit(&mut self) {
         for i in 0..2 {
             let variance = self.P.at(i, i);

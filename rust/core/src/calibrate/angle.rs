@@ -16,19 +16,19 @@ pub enum Integration {
     BackwardEuler,
     /// The mean of the rates at both ends.
     Trapezoid,
-    /// The same and the coning of a rate that changes evenly.
+    /// The mean, with the coning of a linearly changing rate.
     Coning,
 }
 
 impl Integration {
-    /// All of them by their names.
+    /// All variants with their names.
     pub const NAMES: [(Self, &str); 3] = [
         (Self::BackwardEuler, "backward-euler"),
         (Self::Trapezoid, "trapezoid"),
         (Self::Coning, "coning"),
     ];
 
-    /// The one that has a name.
+    /// The variant with this name.
     pub fn of_name(name: &str) -> Option<Self> {
         Self::NAMES.iter().find(|(_, known)| *known == name).map(|(method, _)| *method)
     }

@@ -1,4 +1,4 @@
-//! The correction of what a calibration has found, sample by sample.
+//! Correction of samples by a calibration, sample by sample.
 
 use serde::{Deserialize, Serialize};
 
@@ -22,13 +22,13 @@ const MAX_FORCE: f64 = 1e201;
 /// (gyro - bias - g_sensitivity force)`. Matrices hold their rows.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Correction {
-    /// The inverse of what the gyro makes of its input.
+    /// Inverse of the gyro's matrix.
     pub gyro_matrix: Matrix,
-    /// Its output without input, where no temperature is known.
+    /// Bias of the gyro without a known temperature.
     pub gyro_bias: Vector,
-    /// The inverse of what the accelerometer makes of its input.
+    /// Inverse of the accelerometer's matrix.
     pub accel_matrix: Matrix,
-    /// Its output without input.
+    /// Bias of the accelerometer.
     pub accel_bias: Vector,
     /// Contribution of a corrected force to the raw gyro.
     pub g_sensitivity: Matrix,
@@ -52,7 +52,7 @@ impl Default for Correction {
 }
 
 impl Correction {
-    /// The correction, if all its numbers are some that samples cannot make infinite.
+    /// The correction, if all its numbers are finite and within bounds.
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
@@ -82,9 +82,9 @@ impl Correction {
     }
 }
 
-/// The gyro's bias over temperature T, degC: of each axis the sum of `c_k ((T - reference) / 10)^k`
-/// within the range that it was learned in. Beyond it goes on along its tangent, by as much as the
-/// range is long, and stays.
+/// The gyro's bias over temperature T, degC: for each axis the sum of `c_k ((T - reference) /
+/// 10)^k` within the calibrated range. Outside, it follows the tangent for the length of the range
+/// and then stays constant.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TemperatureCurve {
     /// Temperature of `c_0`, degC.
@@ -171,8 +171,8 @@ impl Output for Imu {
 /// A corrector of samples of `N` numbers: 3 of the gyro, then 3 of the accelerometer, then the
 /// temperature in degC.
 ///
-/// Where an axis misses, its sensor is NaN. The gyro is then corrected with the last force and
-/// temperature that were known, before them with none and with the bias of any temperature.
+/// If an axis is missing, its sensor is NaN. The gyro is corrected with the last known force and
+/// temperature, before these without force and with the bias for unknown temperature.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ImuCorrector<const N: usize> {
     correction: Correction,
@@ -183,7 +183,7 @@ pub struct ImuCorrector<const N: usize> {
 }
 
 impl<const N: usize> ImuCorrector<N> {
-    /// A corrector that has seen nothing.
+    /// A corrector before its first sample.
     ///
     /// # Errors
     /// [`Error::Parameter`] if a number of the correction is not finite, or beyond any sensor.
@@ -197,12 +197,12 @@ impl<const N: usize> ImuCorrector<N> {
         &self.correction
     }
 
-    /// The last specific force known, zero before it.
+    /// The last known specific force, zero before the first.
     pub fn force(&self) -> [f64; 3] {
         self.force
     }
 
-    /// The bias of the raw gyro, as it is taken to be now.
+    /// The present bias of the raw gyro.
     #[inline(always)]
     pub fn bias(&self) -> [f64; 3] {
         match &self.correction.temperature {

@@ -15,7 +15,7 @@ const ROUNDS: usize = 4;
 /// Deviations of an element of the matrix from that of 1, and of the delay, s.
 const MATRIX_SIGMA: f64 = 0.1;
 const DELAY_SIGMA_S: f64 = 0.05;
-/// Root of the cost that no model is better than.
+/// Root of the smallest cost that any model reaches.
 const COST_FLOOR: f64 = 0.01;
 
 type Numbers = SVector<f64, SIZE>;
@@ -37,7 +37,8 @@ pub struct Fit {
 pub enum Trust {
     /// As in the fit of a bias: another gyro's axes must not look like errors of this one.
     Little,
-    /// As the scatter of three means and axes is: of a gyro that fits, so that deviations are right.
+    /// As the scatter of three means and axes is: of a gyro that fits, so that deviations are
+    /// right.
     Full,
 }
 

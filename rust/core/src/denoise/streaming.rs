@@ -25,7 +25,7 @@ const MAX_DISTANCE: f64 = 1e150;
 /// Parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct WaveletParams {
-    /// Samples a second: how fast the noise is followed.
+    /// Samples per second: how fast the noise is followed.
     pub rate: f64,
     /// The wavelet.
     pub wavelet: Wavelet,

@@ -1,9 +1,9 @@
 //! The drift filter that tunes itself, sample by sample: start, rest, motion.
 //!
-//! Samples are gathered to ticks of a quarter second, in which a [`RestDetector`] sees motion, and
-//! ticks at rest to blocks of two seconds, whose means a bank of Kalman filters explains by random
-//! walks. What one sensor needs is learned: its white noise from the fading Allan variance of the
-//! ticks, the strength of its drift from the likelihood of each walk.
+//! Samples form ticks of a quarter second, in which a [`RestDetector`] detects motion. Ticks at
+//! rest form blocks of two seconds, whose means a bank of Kalman filters models as random walks.
+//! The filter learns the sensor's white noise from the fading Allan variance of the ticks, and the
+//! strength of its drift from the likelihood of each walk.
 #![allow(non_snake_case)]
 
 #[cfg(feature = "std")]
@@ -25,11 +25,11 @@ use crate::stream::{Startup, Stream, Traced, Watch};
 /// Parameters of an [`AutoFilter`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AutoParams {
-    /// Samples a second.
+    /// Samples per second.
     pub rate: f64,
-    /// Seconds of rest after which the noise is taken as known.
+    /// Time of rest after which the noise counts as known, s.
     pub startup: f64,
-    /// The noise's deviation in the unit of the samples, if it is known.
+    /// Standard deviation of the noise in the unit of the samples, if known.
     pub scale: Option<f64>,
     /// Input, treatment of motion, and output.
     pub behaviour: Behaviour,
@@ -111,14 +111,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.estimate
     }
 
-    /// Standard deviation of the mean drift over the next ten seconds about it; while the assumed
-    /// rest may be motion, no less than the error of a motion of the samples' size.
+    /// Standard deviation of the mean drift over the next ten seconds about the bias; while the
+    /// assumed rest may be motion, at least the error of a motion as large as the samples.
     pub fn bias_sigma(&self) -> T {
         self.cautious(self.own_sigma(self.sigma))
     }
 
-    /// The same of the mean drift over so many seconds; zero is the drift now, all fast flicker
-    /// included that the sensor may have.
+    /// Standard deviation of the mean drift over the next `seconds`; zero is the present drift,
+    /// including any fast flicker.
     ///
     /// # Errors
     /// [`Error::Parameter`] if `seconds` is negative or not finite.
@@ -166,7 +166,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         begins(self.status) || self.is_provisional()
     }
 
-    /// Variances of a sample's white noise and of the drift's step in a sample, once they are known.
+    /// Variances of a sample's white noise and of the drift's step in a sample, once they are
+    /// known.
     pub fn noise(&self) -> Option<(T, T)> {
         self.model.map(|model| (model.white_noise(), model.process_noise()))
     }
@@ -177,7 +178,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.model.as_ref().filter(|_| !begins(self.status)).map(SensorModel::white_noise)
     }
 
-    /// True if the sensor gives the same sample again and again.
+    /// True if the sensor repeats one sample.
     #[inline(always)]
     #[cfg(feature = "std")]
     pub(crate) fn is_stuck(&self) -> bool {
@@ -202,7 +203,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         &self.params
     }
 
-    /// The sensor was switched off and on: its drift is forgotten, its noise is not.
+    /// Restart after power-on: forget the drift, keep the noise.
     pub fn switch_on(&mut self) {
         self.experienced = self.model.is_some();
         self.detector.restart();

@@ -47,7 +47,7 @@ pub struct DriftLoop<T, const N: usize, const M: usize> {
 }
 
 impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
-    /// A filter that starts on the next sample.
+    /// A filter that starts with the next sample.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a parameter out of range.
@@ -55,7 +55,8 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         const { assert!(N >= 2 && M >= N, "N = p + 1 >= 2, M = p + q + 1 >= N") };
         let params = params.validate()?;
         let floor = Self::floor();
-        let most = T::limit(<T::Element as Limits>::MAX_COVARIANCE);
+        // Of the trace, as a step keeps it.
+        let most = T::limit(<T::Element as Limits>::MAX_COVARIANCE) / T::of(N as f64);
         let start = T::of(params.process_noise).at_least(floor).at_most(most);
         Ok(Self {
             adapts_measurement_noise: params.adapts_measurement_noise(),
@@ -66,7 +67,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
             process_noise: Symmetric::diagonal(start),
             state: State::new(start),
             last: Correction { innovation: T::zero(), variance: T::one(), inverse: T::zero() },
-            count: T::of(params.process_noise_memory),
+            count: T::of(params.process_noise_memory).at_most(T::limit(T::Element::MAX)),
             peak: T::zero(),
             guards: T::zero(),
         })
@@ -199,7 +200,8 @@ where
         inner.state = Self::started_state(start)?;
         inner.last.variance = inner.state.P.at(0, 0) + inner.measurement_noise.variance();
         inner.count += T::of(samples as f64);
-        inner.peak = T::of(MAX_NORMALISED_SAMPLE);
+        let reach = Scaling::new(start.offset, start.scale).reach();
+        inner.peak = T::of(MAX_NORMALISED_SAMPLE).at_most(reach);
         Ok(inner)
     }
 
@@ -213,7 +215,7 @@ where
     }
 }
 
-/// Everything that a filter knows after a sample, in the units of the samples.
+/// All estimates after a sample, in the units of the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Snapshot<T, const N: usize, const M: usize> {
     /// The filtered rate.
@@ -240,11 +242,11 @@ pub struct Snapshot<T, const N: usize, const M: usize> {
     pub bias: T,
     /// Standard deviation of the drift.
     pub bias_sigma: T,
-    /// The sensor is at rest, or is taken to be.
+    /// The sensor is at rest, or assumed to be.
     pub at_rest: bool,
-    /// The sample was at the end of the sensor's range, and missing.
+    /// The sample was saturated and counts as missing.
     pub saturated: bool,
-    /// The sensor gives the same sample again and again.
+    /// The sensor repeats one sample.
     pub stuck: bool,
 }
 
@@ -328,7 +330,7 @@ impl<T, const N: usize, const M: usize> DriftFilter<T, N, M>
 where
     T: Limits + Real<Element = T, SimdBool = bool>,
 {
-    /// A filter that has seen nothing.
+    /// A filter before its first sample.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a parameter out of range.
@@ -349,8 +351,8 @@ where
         })
     }
 
-    /// A filter that is ready at its first sample; R and the count of Sage-Husa stand as if the
-    /// start-up that `params` name had been spent.
+    /// A filter that is ready at its first sample; R and the count of Sage-Husa are as after the
+    /// start-up in `params`.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a parameter or a number of the start out of range.
@@ -373,7 +375,7 @@ where
         }
     }
 
-    /// The parameters it was made with.
+    /// The parameters.
     pub fn params(&self) -> &Params {
         &self.params
     }
@@ -383,12 +385,12 @@ where
         self.estimate
     }
 
-    /// The start-up is over: offset, scale and noise are learned.
+    /// True after the start-up: offset, scale and noise are learned.
     pub fn ready(&self) -> bool {
         self.scaling.is_some()
     }
 
-    /// Its start, if it did not learn that itself.
+    /// The start, unless it was learned.
     pub fn start(&self) -> Option<&Start<T, N, M>> {
         self.start.as_ref()
     }
@@ -525,7 +527,7 @@ where
                 let deviation = scaling.normalised_difference(startup.variance().simd_sqrt());
                 noise.interrupt();
                 noise.set_known(deviation * deviation, startup.samples());
-                inner.peak = T::of(MAX_NORMALISED_SAMPLE);
+                inner.peak = T::of(MAX_NORMALISED_SAMPLE).at_most(scaling.reach());
             }
         }
         inner.count += T::of(startup.samples() as f64);

@@ -145,7 +145,7 @@ pub struct Stated<T> {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
 pub struct FlickerBank<T> {
-    /// Seconds of a block, and samples a second.
+    /// Seconds of a block, and samples per second.
     seconds: f64,
     rate: f64,
     passage: Passage<T>,

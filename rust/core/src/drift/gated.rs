@@ -1,5 +1,4 @@
-//! The published filter with what it is not to take kept from it: motion, outliers, the ends of the
-//! sensor's range.
+//! The published filter without samples in motion, outliers and saturated samples.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,28 +15,28 @@ use crate::stream::{Field, Stream, Traced};
 
 use crate::rest::{Event, MotionAware, RestDetector, RestLimits, Run, Tick};
 
-/// A filter that takes every sample for rest.
+/// A filter that treats every sample as rest.
 pub trait PublishedFilter<T, const N: usize, const M: usize>:
     DriftStream<T> + Traced<Snapshot = Snapshot<T, N, M>> + Copy
 {
     /// Tag of its checkpoint where it is gated.
     const GATED_TAG: &'static str;
 
-    /// The parameters it was made with.
+    /// The parameters.
     fn params(&self) -> &Params;
 
     /// Its zones, if it is robust.
     fn robust(&self) -> Option<&RobustParams>;
 
-    /// Its start, if it did not learn that itself.
+    /// The start, unless it was learned.
     fn start(&self) -> Option<&Start<T, N, M>>;
 
     /// The filtered rate after the last sample.
     fn estimate(&self) -> T;
 }
 
-/// A published filter that learns at rest only, that outliers and saturated samples are missing for,
-/// or that returns the compensated rate.
+/// A published filter that learns at rest only, that outliers and saturated samples are missing
+/// for, or that returns the compensated rate.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound(
     serialize = "T: Real + Serialize, F: Serialize",
@@ -65,7 +64,7 @@ where
     T: DriftNumber,
     F: PublishedFilter<T, N, M>,
 {
-    /// `filter`, which has seen nothing, to learn at rest and return what is asked for.
+    /// A new `filter` that learns at rest, with the requested output.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a rate or a limit out of range.
@@ -229,7 +228,8 @@ where
             |filter: &F| (*filter.params(), filter.robust().copied(), filter.start().copied());
         let pending = self.detector.pending();
         // One that judges for itself does so at once.
-        let maybe_outliers = if self.behaviour.reject_outliers { pending } else { 0 };
+        let judges = self.filter.robust().is_some() || !self.behaviour.reject_outliers;
+        let maybe_outliers = if judges { 0 } else { pending };
         let made_alike = |filter: &F| made(filter) == made(&self.filter);
         is_count(self.samples_seen)
             && self.tally.is_within_each(self.samples_seen, maybe_outliers, pending)

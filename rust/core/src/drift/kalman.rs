@@ -28,11 +28,11 @@ pub struct State<T, const N: usize> {
 /// Innovation of one sample, and its variance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Correction<T> {
-    /// Sample minus prediction, zero where the sample is missing (FH 22).
+    /// Sample minus prediction, zero for a missing sample (FH 22).
     pub innovation: T,
     /// Variance S of the innovation.
     pub variance: T,
-    /// `1/S`, or zero where the sample is missing.
+    /// `1/S`, or zero for a missing sample.
     pub inverse: T,
 }
 

@@ -45,8 +45,7 @@ impl<T: Real, const N: usize, const M: usize> Rls<T, N, M> {
     const P: usize = N - 1;
     const Q: usize = M - N;
 
-    /// Knows nothing: zero parameters, each with a deviation of one, as if one sample of unit
-    /// noise had been seen of each.
+    /// Initial state: zero parameters, each with a standard deviation of one.
     pub fn new(forgetting_factor: f64) -> Self {
         Self {
             growth: T::of(1.0 / forgetting_factor),
@@ -199,7 +198,7 @@ impl<T, const N: usize, const M: usize> Rls<T, N, M>
 where
     T: Limits + Real<Element = T, SimdBool = bool>,
 {
-    /// Knows what `start` says.
+    /// State from `start`.
     ///
     /// # Errors
     /// [`Error::Parameter`] if its covariance is none.
@@ -237,11 +236,11 @@ fn learned_max<T: Real>() -> T {
 /// Parameters of [`RecursiveLeastSquares`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RlsParams {
-    /// λ in (0, 1]; 1 never forgets.
+    /// Forgetting factor λ in (0, 1]; 1 never forgets.
     pub forgetting_factor: f64,
-    /// Number of samples from which offset and scale are learned.
+    /// Number of samples used to learn offset and scale.
     pub startup: u64,
-    /// The noise's deviation, if it is known; else it is learned.
+    /// Standard deviation of the noise, if known; else it is learned.
     pub scale: Option<f64>,
 }
 
@@ -251,8 +250,8 @@ impl Default for RlsParams {
     }
 }
 
-/// Online ARMA(p, q) model of a raw signal: [`Rls`] on samples that are centred and scaled by what
-/// a start-up window says.
+/// Online ARMA(p, q) model of a raw signal: [`Rls`] on samples that are centred and scaled by a
+/// start-up window.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
 pub struct RecursiveLeastSquares<T, const N: usize, const M: usize> {
@@ -285,17 +284,17 @@ where
         })
     }
 
-    /// The parameters it was made with.
+    /// The parameters.
     pub fn params(&self) -> &RlsParams {
         &self.params
     }
 
-    /// The start-up is over: offset and scale are learned.
+    /// True after the start-up: offset and scale are learned.
     pub fn ready(&self) -> bool {
         self.scaling.is_some()
     }
 
-    /// `[φ, θ, c]`, the constant in the unit of the samples; during start-up the mean alone.
+    /// `[φ, θ, c]`, the constant in the unit of the samples; during start-up only the mean.
     pub fn coefficients(&self) -> SVector<T, M> {
         match &self.scaling {
             Some(scaling) => scaling.raw_coefficients::<N, M>(self.rls.parameters()),

@@ -3,8 +3,9 @@
 //!
 //! [`DriftFilter`] is the published method: an ARMA model by recursive least squares
 //! ([`RecursiveLeastSquares`]), measurement noise by Allan variance, a Kalman filter, process noise
-//! by Sage-Husa. [`RobustFilter`] is that of Wu & Ran, which leaves outliers out. [`RestGated`] lets it learn at rest only. [`AutoFilter`] weighs a bank of Kalman
-//! filters by their likelihood. All of them are [`DriftStream`]s.
+//! by Sage-Husa. [`RobustFilter`] is the filter of Wu & Ran, which rejects outliers. [`RestGated`]
+//! restricts learning to rest. [`AutoFilter`] weighs a bank of Kalman filters by their likelihood.
+//! All of them are [`DriftStream`]s.
 
 mod auto;
 mod filter;
@@ -44,22 +45,22 @@ use crate::stream::{Field, Traced};
 pub enum Status {
     /// The drift is the mean to date.
     Starting,
-    /// The same, after the scale learned before was proved wrong by many orders.
+    /// The drift is the mean to date, after the learned scale proved wrong by orders of magnitude.
     Restarting,
     /// The drift is learned.
     AtRest,
     /// The drift is held.
     InMotion,
-    /// The sensor has moved ever since the start: no drift is known.
+    /// The sensor has moved since the start, so no drift is known.
     NoRestYet,
-    /// The drift is learned, from what looks like rest but may be motion: nothing else was seen.
+    /// The drift is learned from a rest that may be motion.
     Provisional,
-    /// The sensor gives the same sample again and again: the drift is held.
+    /// The sensor repeats one sample: the drift is held.
     Stuck,
 }
 
 impl Status {
-    /// The words for it.
+    /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Starting => "starting",
@@ -91,14 +92,14 @@ impl Status {
     }
 }
 
-/// Samples that did not count although they were finite.
+/// Counts of finite samples that were not used.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tally {
-    /// At the end of the sensor's range.
+    /// Saturated samples.
     pub saturated: u64,
     /// Outliers; counted when their tick is complete.
     pub outliers: u64,
-    /// Of a stuck sensor; counted when their tick is complete.
+    /// Samples of a stuck sensor; counted when their tick is complete.
     pub stuck: u64,
 }
 
@@ -124,14 +125,14 @@ impl Tally {
     }
 }
 
-/// The drift as it is known after a sample, in the unit of the samples.
+/// Estimate of the drift after a sample, in the unit of the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drift<T> {
     /// Its mean.
     pub bias: T,
     /// Its standard deviation.
     pub sigma: T,
-    /// It is learned: the sensor rests, or is taken to.
+    /// True if it is learned: the sensor is at rest, or assumed to be.
     pub at_rest: bool,
 }
 
@@ -197,7 +198,7 @@ pub trait DriftStream<T>: Traced<Input = T, Output = T> + MotionAware + Checkpoi
         0
     }
 
-    /// Samples that did not count although they were finite.
+    /// Counts of finite samples that were not used.
     fn tally(&self) -> Tally {
         Tally::default()
     }

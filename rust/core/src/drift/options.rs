@@ -1,7 +1,7 @@
-//! The one table of what a person may choose of a drift filter, and what follows from a choice.
+//! The table of all options of a drift filter.
 //!
-//! Signatures, the command line, documentation and refusals come from [`OPTIONS`]: a new option is
-//! a field of [`Params`] (or [`Behaviour`]) and a row here.
+//! Signatures, the command line, documentation and errors use [`OPTIONS`]: a new option is a field
+//! of [`Params`] (or [`Behaviour`]) and a row here.
 
 use super::robust::ZONES_EXPECTED;
 use super::{AutoParams, Behaviour, Method, Params, RobustParams, Zones};
@@ -9,27 +9,27 @@ use crate::allan::AllanKind;
 use crate::error::Error;
 use crate::rest::RestLimits;
 
-/// Everything that makes a drift filter.
+/// All options of a drift filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// A published method, or `None` for the filter that tunes itself.
+    /// A published method, or `None` for the self-tuning filter.
     pub method: Option<Method>,
     /// Orders (p, q) of the ARMA model.
     pub order: (usize, usize),
-    /// Numbers; the filter that tunes itself uses `rate`, `startup` and `scale` of them.
+    /// Numeric parameters; the self-tuning filter uses `rate`, `startup` and `scale`.
     pub params: Params,
-    /// The zones of method robust, whose chain is that of akf; `None` for all others.
+    /// Zones of method robust, which otherwise equals akf; `None` for other methods.
     pub robust: Option<RobustParams>,
     /// Input, treatment of motion, and output.
     pub behaviour: Behaviour,
-    /// Limits of rest, for the filter that tunes itself.
+    /// Limits of rest, for the self-tuning filter.
     pub limits: RestLimits,
 }
 
-/// The names of the methods, as people write them.
+/// Names of the methods.
 pub const METHODS: [&str; 5] = ["kf", "akf", "fading", "robust", "auto"];
 
-/// The name of the method that is taken unless another is asked for.
+/// Name of the default method.
 pub const METHOD: &str = METHODS[4];
 
 impl Options {
@@ -78,7 +78,7 @@ impl Options {
         }
     }
 
-    /// Parameters of the filter that tunes itself.
+    /// Parameters of the self-tuning filter.
     pub fn auto(&self) -> AutoParams {
         let Params { rate, startup, scale, .. } = self.params;
         AutoParams { rate, startup, scale, behaviour: self.behaviour, limits: self.limits }
@@ -93,7 +93,7 @@ impl Options {
 /// The value of an option.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Value {
-    /// Nothing chosen: always, or learned.
+    /// No value: always, or learned.
     None,
     /// A number.
     Number(f64),
@@ -129,7 +129,7 @@ pub struct DriftOption {
     pub kind: Kind,
     /// Unit of a number, empty where it has none.
     pub unit: &'static str,
-    /// Its range, as refusals say it.
+    /// Its range in words, for errors.
     pub expected: &'static str,
     /// Its meaning, in one sentence without a full stop.
     pub meaning: &'static str,
@@ -137,7 +137,7 @@ pub struct DriftOption {
     pub methods: &'static [&'static str],
     /// Its value.
     pub get: fn(&Options) -> Value,
-    /// Puts down a value of its kind that is one of its words.
+    /// Set a value of its kind.
     pub set: fn(&mut Options, Value),
 }
 
@@ -148,7 +148,7 @@ const AS_PUBLISHED: &str = "published";
 const AUTO: &[&str] = &["auto"];
 const KEEPING: &[&str] = &["kf", "akf", "fading"];
 
-/// Every option but the method and the rate.
+/// All options except the method and the rate.
 pub const OPTIONS: &[DriftOption] = &[
     DriftOption {
         name: "output",
@@ -351,7 +351,7 @@ pub const OPTIONS: &[DriftOption] = &[
     },
 ];
 
-/// The option of a name.
+/// The option with this name.
 pub fn option(name: &str) -> Option<&'static DriftOption> {
     OPTIONS.iter().find(|option| option.name == name)
 }

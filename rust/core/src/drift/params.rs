@@ -9,27 +9,28 @@ use crate::error::{
 };
 use crate::math::{Limits, Real};
 
-/// Adaptive noise covariances: the three filters that Fu & Han compare are one.
+/// Adaptive noise covariances: the three filters of Fu & Han are variants of one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Method {
-    /// G and R stay what the start-up window says.
+    /// G and R stay as after the start-up window.
     Kf,
-    /// R follows the Allan variance with equal weights, G stays.
+    /// R follows the Allan variance with equal weights; G is constant.
     Akf,
-    /// R follows the Allan variance with fading memory, G the rank-one Sage-Husa recursion.
+    /// R follows the Allan variance with fading weights; G follows the rank-one Sage-Husa
+    /// recursion.
     Fading,
 }
 
 /// Input of a filter, treatment of motion, and output.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Behaviour {
-    /// Size from which on a sample is at the end of the sensor's range, and missing.
+    /// Size from which a sample is saturated and counts as missing.
     pub limit: Option<f64>,
-    /// Outliers are missing.
+    /// Outliers count as missing.
     pub reject_outliers: bool,
-    /// In motion every sample is missing, and the two ticks in which it began are taken back.
+    /// Samples in motion count as missing, and the two ticks in which motion began are undone.
     pub hold_in_motion: bool,
-    /// Returns the sample minus the drift, instead of the drift.
+    /// The output is the sample minus the drift, instead of the drift.
     pub compensated: bool,
 }
 
@@ -41,7 +42,7 @@ impl Default for Behaviour {
 }
 
 impl Behaviour {
-    /// That of a published filter alone: it takes every sample and returns the estimate.
+    /// Behaviour of the published filters: every sample is used, the output is the estimate.
     pub const PUBLISHED: Self =
         Self { limit: None, reject_outliers: false, hold_in_motion: false, compensated: false };
 
@@ -77,25 +78,25 @@ impl Behaviour {
 /// Parameters of a [`DriftFilter`](crate::DriftFilter).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Params {
-    /// Samples a second.
+    /// Samples per second.
     pub rate: f64,
-    /// Covariances that adapt.
+    /// Adaptive covariances.
     pub method: Method,
-    /// Memory b of the measurement noise in (0, 1], used by [`Method::Fading`].
+    /// Fading factor b of the measurement noise in (0, 1], used by [`Method::Fading`].
     pub fading: f64,
-    /// Variance of the measurement noise.
+    /// Kind of variance for the measurement noise.
     pub noise: AllanKind,
-    /// Seconds after the start-up during which the drift model is learned; `None`: always.
+    /// Time after the start-up during which the drift model is learned, s; `None`: always.
     pub adapt_for: Option<f64>,
-    /// λ of the drift model's least squares in (0, 1].
+    /// Forgetting factor λ of the drift model's least squares in (0, 1].
     pub forgetting_factor: f64,
     /// Initial process noise G₀, and covariance P₀, in start-up variances.
     pub process_noise: f64,
-    /// Samples that G₀ counts for in addition to those seen, in the weight 1/k of Sage-Husa.
+    /// Number of samples that G₀ counts as, in the weight 1/k of Sage-Husa.
     pub process_noise_memory: f64,
     /// Length of the start-up window in seconds.
     pub startup: f64,
-    /// The noise's deviation in the unit of the samples, if it is known.
+    /// Standard deviation of the noise in the unit of the samples, if known.
     pub scale: Option<f64>,
 }
 

@@ -1,7 +1,7 @@
 //! The robust filter of Wu & Ran 2021 (section 2): three zones of the innovation.
 //!
-//! The chain is that of [`DriftFilter`] with `akf`; every innovation is classified before it is used.
-//! What the source leaves out is here: a way back, for a step of the signal is no outlier.
+//! It equals [`DriftFilter`] with `akf`, but classifies every innovation before its use. An
+//! addition to the source is an exit from rejection, since a step of the signal is not an outlier.
 #![allow(non_snake_case)]
 
 mod validity;
@@ -26,7 +26,7 @@ use crate::rest::MotionAware;
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Number, Scaling, Stream, Traced};
 
-/// Drift filter of one signal that leaves outliers out; `N = p + 1`, `M = p + q + 1`.
+/// Drift filter of one signal that rejects outliers; `N = p + 1`, `M = p + q + 1`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
 pub struct RobustFilter<T, const N: usize, const M: usize> {
@@ -133,8 +133,8 @@ fn gate_sample<T, const N: usize, const M: usize>(
         Verdict::Damped(gain, fall) => damp(&mut inner.state, &prior, innovation, R, gain, fall),
         Verdict::Corrected(shift) => {
             prior.x[0] += shift;
-            // As printed, the innovation is not computed again: what the prediction moves by, the gain
-            // adds once more.
+            // As printed, the innovation is not computed again: what the prediction moves by, the
+            // gain adds once more.
             let again = if gate.law.zones == Zones::Published { shift } else { T::zero() };
             inner.state.correct(&prior, y + again, true, R)
         }

@@ -1,4 +1,4 @@
-//! Start of a filter whose signal is known beforehand.
+//! Start of a filter with a known model of the signal.
 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ pub(crate) const MAX_NORMALISED_SAMPLE: f64 = 5.0;
 /// Part of a variance that rounding and a text of ten digits can take from it, and no more.
 const PIVOT_ROUNDING: f64 = 1e-9;
 
-/// A model of a signal and how well it is known, in the unit of its samples.
+/// A model of a signal and its uncertainty, in the unit of the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
 pub struct Start<T, const N: usize, const M: usize> {

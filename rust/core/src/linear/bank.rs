@@ -1,4 +1,4 @@
-//! A filter whose sizes are known when it runs: channels, whole records, streaming.
+//! A filter with sizes known at run time: channels, whole records, streaming.
 #![allow(non_snake_case)]
 
 use wide::f64x4;
@@ -14,7 +14,8 @@ use crate::memory;
 
 /// Largest number of states, measurements, inputs.
 pub(super) const MAX_SIZE: usize = 256;
-/// Deviations of the unknown initial state, in units of what as many samples as it has numbers tell.
+/// Deviations of the unknown initial state, in units of what as many samples as it has numbers
+/// tell.
 const UNKNOWN_SIGMAS: f64 = 1e4;
 
 /// The matrices of a filter, row after row: n states, m measurements, p inputs.
@@ -34,7 +35,7 @@ pub struct Model {
     pub B: Vec<f64>,
 }
 
-/// A matrix that is the same in all steps, or one a step.
+/// A matrix constant in all steps, or one matrix for each step.
 #[derive(Debug, Clone, Copy)]
 pub struct Varying<'a> {
     values: &'a [f64],
@@ -66,7 +67,7 @@ impl<'a> Varying<'a> {
     }
 }
 
-/// Steps to take, by the matrices of the model where none are given.
+/// Steps of a filter, with the model's matrices unless stated.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Batch<'a> {
     /// Number of steps.
@@ -79,7 +80,7 @@ pub struct Batch<'a> {
     pub Q: Option<Varying<'a>>,
     /// n × p.
     pub B: Option<Varying<'a>>,
-    /// Inputs, p a channel and step; empty for none.
+    /// Inputs, p for each channel and step; empty for none.
     pub u: &'a [f64],
     /// True if each ends with a correction.
     pub corrects: bool,
@@ -87,11 +88,11 @@ pub struct Batch<'a> {
     pub H: Option<Varying<'a>>,
     /// m × m.
     pub R: Option<Varying<'a>>,
-    /// Measurements, m a channel and step.
+    /// Measurements, m for each channel and step.
     pub z: &'a [f64],
 }
 
-/// State after each step, a channel after the other; empty arrays are not kept.
+/// Results of each step, channel after channel; empty arrays are not filled.
 #[derive(Debug)]
 pub struct Known<'a> {
     /// n a channel.
@@ -119,7 +120,7 @@ impl Known<'_> {
     }
 }
 
-/// Filters side by side that have one model.
+/// Several filters of one model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearBank {
     pub(super) channels: Option<usize>,
@@ -138,11 +139,12 @@ pub struct LinearBank {
 }
 
 impl LinearBank {
-    /// Filters that have seen nothing. `x0` has the states of one channel or of each; without `P0`
-    /// nothing is known of them.
+    /// Filters before their first sample. `x0` has the states of one channel or of each; without
+    /// `P0` they are unknown.
     ///
     /// # Errors
-    /// [`Error::Matrix`] if a matrix cannot be that of a filter, [`Error::Memory`] if there is none.
+    /// [`Error::Matrix`] if a matrix cannot be that of a filter, [`Error::Memory`] if there is
+    /// none.
     pub fn new(
         mut model: Model,
         x0: Option<&[f64]>,
@@ -181,7 +183,7 @@ impl LinearBank {
         Ok(bank)
     }
 
-    /// Back to before the first sample.
+    /// Reset to the state before the first sample.
     pub fn reset(&mut self) {
         self.x.copy_from_slice(&self.x0);
         self.P[..self.P0.len()].copy_from_slice(&self.P0);
@@ -221,7 +223,7 @@ impl LinearBank {
         &self.x
     }
 
-    /// Covariances: of each channel, or one that all have.
+    /// Covariances of each channel, or one shared by all.
     pub fn covariance(&self) -> &[f64] {
         let size = self.P0.len();
         if self.shared { &self.P[..size] } else { &self.P }
@@ -232,18 +234,18 @@ impl LinearBank {
         &self.innovation
     }
 
-    /// Squares of the last innovations relative to their covariance; NaN if all was missing.
+    /// Normalised innovations squared of the last correction; NaN if all measurements were missing.
     pub fn nis(&self) -> &[f64] {
         &self.nis
     }
 
-    /// Log-likelihoods of the last measurements; 0 if all was missing.
+    /// Log-likelihoods of the last measurements; 0 if all were missing.
     pub fn log_likelihood(&self) -> &[f64] {
         &self.log_likelihood
     }
 
-    /// The number of covariances that these measurements need: one if that of all channels is the
-    /// same to the bit and stays so, else one a channel. [`run`](Self::run) then keeps so many.
+    /// The number of covariances for these measurements: one if all channels share it and continue
+    /// to, else one for each channel. [`run`](Self::run) fills this number.
     pub fn covariances(&mut self, z: &[f64]) -> usize {
         let (size, row) = (self.P0.len(), self.innovation.len());
         self.shared = self.shared || self.are_equal();
@@ -263,7 +265,7 @@ impl LinearBank {
         others.chunks_exact(first.len()).all(|P| P == first)
     }
 
-    /// Takes steps. Batches, parts of them and single steps lead to the same bits.
+    /// Process steps. Batches, parts of batches and single steps give the same bits.
     pub fn run(&mut self, batch: &Batch<'_>, known: &mut Known<'_>) {
         match (self.model.sizes[0], self.model.sizes[1]) {
             (1, 1) => self.take_fixed::<1, 1>(batch, known),
@@ -455,8 +457,8 @@ impl Model {
         })
     }
 
-    /// Covariance of states of which nothing is known: variances [`UNKNOWN_SIGMAS`]² times what n samples
-    /// tell of each state alone, so that it has the states' units.
+    /// Covariance of states of which nothing is known: variances [`UNKNOWN_SIGMAS`]² times what n
+    /// samples tell of each state alone, so that it has the states' units.
     fn unknown(&self) -> Result<Vec<f64>, Error> {
         let [n, m, _] = self.sizes;
         let mut information = memory::filled(0.0, n)?;

@@ -1,6 +1,8 @@
 //! Checks of a filter's matrices.
 
-use super::step::{MAX_ELEMENT, MAX_STATE, MAX_VARIANCE, MIN_VARIANCE, is_semidefinite};
+use super::step::{
+    MAX_ELEMENT, MAX_STATE, MAX_VARIANCE, MIN_VARIANCE, is_semidefinite, is_settled,
+};
 use crate::error::Error;
 use crate::math::validity::is_within;
 use crate::memory;
@@ -26,7 +28,8 @@ pub(super) fn check_state(name: &'static str, x: &[f64]) -> Result<(), Error> {
     if fits { Ok(()) } else { Err(Error::Matrix { name, step: None, expected }) }
 }
 
-/// Refuses what is not a covariance of `n` numbers to rounding, and makes it symmetric to the bit.
+/// Refuses what is not a covariance of `n` numbers to rounding, and makes it symmetric to the bit
+/// and as definite as a step leaves one.
 ///
 /// # Errors
 /// [`Error::Matrix`], or [`Error::Memory`] if there is none.
@@ -61,10 +64,15 @@ pub fn settle_covariance(
             &mut heap[..]
         }
     };
-    match is_semidefinite(n, matrix, MAX_INDEFINITENESS, room) {
-        true => Ok(()),
-        false => refused("positive semidefinite"),
+    if !is_semidefinite(n, matrix, MAX_INDEFINITENESS, room) {
+        return refused("positive semidefinite");
     }
+    if !is_settled(n, matrix, room) {
+        let weaker = 1.0 / (1.0 + 2.0 * MAX_INDEFINITENESS);
+        let below = (0..n * n).filter(|k| k / n != k % n);
+        below.for_each(|k| matrix[k] *= weaker);
+    }
+    Ok(())
 }
 
 /// A variance that is too small to be computed with is none.

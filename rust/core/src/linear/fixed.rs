@@ -9,11 +9,12 @@ use super::step::{
 /// A matrix, row after row.
 type Matrix<const R: usize, const C: usize> = [[f64; C]; R];
 
-/// State and covariance of `N` states of which `M` combinations are measured; the matrices of the model
-/// come with each step.
+/// State and covariance of `N` states of which `M` combinations are measured; the matrices of the
+/// model come with each step.
 ///
-/// The matrices are taken as they are: finite, their elements below [`MAX_ELEMENT`](super::MAX_ELEMENT),
-/// covariances symmetric, positive semidefinite and below [`MAX_VARIANCE`](super::MAX_VARIANCE).
+/// The matrices are not checked: they must be finite, their elements below
+/// [`MAX_ELEMENT`](super::MAX_ELEMENT), covariances symmetric, positive semidefinite and below
+/// [`MAX_VARIANCE`](super::MAX_VARIANCE).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearKalman<const N: usize, const M: usize> {
     /// The state.
@@ -25,11 +26,11 @@ pub struct LinearKalman<const N: usize, const M: usize> {
 /// Result of a correction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Correction<const M: usize> {
-    /// z - H x before it, NaN where a measurement is missing.
+    /// z - H x before the correction, NaN for missing measurements.
     pub innovation: [f64; M],
-    /// Square of the innovation relative to its covariance; NaN if all is missing.
+    /// Normalised innovation squared; NaN if all measurements are missing.
     pub nis: f64,
-    /// Logarithm of the density that was predicted for the measurements; 0 if all is missing.
+    /// Log-likelihood of the measurements; 0 if all are missing.
     pub log_likelihood: f64,
 }
 

@@ -13,12 +13,12 @@
 //! - The initial state belongs to the time before the first sample: each begins with a prediction.
 //!
 //! [`LinearKalman`] holds a filter of fixed size and needs neither `std` nor an allocator.
-//! `LinearBank` knows its sizes when it runs, has channels and takes whole records.
+//! `LinearBank` has sizes known at run time, channels, and batches of whole records.
 //!
-//! Its matrices are slices, not nalgebra's, since one arithmetic serves both: those of nalgebra have a
-//! size that is compiled, or allocate in a step. It is no [`Stream`](crate::Stream), whose input has a
-//! size that is compiled too, nor a `Bank` of them: channels of one model share one covariance, and
-//! its n³ work, which a stream a channel would each do alone.
+//! Its matrices are slices, not nalgebra's, since one arithmetic serves both: those of nalgebra
+//! have a size that is compiled, or allocate in a step. It is no [`Stream`](crate::Stream), whose
+//! input has a size that is compiled too, nor a `Bank` of them: channels of one model share one
+//! covariance, and its n³ work, which a stream a channel would each do alone.
 
 #[cfg(feature = "std")]
 mod bank;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::bank::{LinearBank, MAX_SIZE, Model};
 use super::check::{check_state, settle_covariance};
-use super::step::{MAX_VARIANCE, is_semidefinite};
+use super::step::{MAX_VARIANCE, is_settled};
 use crate::error::Error;
 use crate::math::validity::is_within;
 use crate::memory;
@@ -14,8 +14,6 @@ use crate::stream::checkpoint::{self, Checkpoint};
 /// Largest innovation and sum of its squares, and log-likelihood, that measurements can lead to.
 const MAX_INNOVATION: f64 = 1e190;
 const MAX_NIS: f64 = 1e303;
-/// Times its variances by which a running covariance may miss definiteness.
-const MAX_INDEFINITENESS: f64 = 1e-12;
 /// Bytes of a number, and of what stands next to numbers.
 const NUMBER_BYTES: usize = 8;
 const OTHER_BYTES: usize = 256;
@@ -131,7 +129,5 @@ fn is_covariance(n: usize, P: &[f64]) -> bool {
     let mut room = vec![0.0; n * n];
     let symmetric = (0..n).all(|i| (0..i).all(|j| P[i * n + j] == P[j * n + i]));
     let bound = 2.0 * n as f64 * MAX_VARIANCE;
-    symmetric
-        && P.iter().all(|p| is_within(*p, bound))
-        && is_semidefinite(n, P, n as f64 * MAX_INDEFINITENESS, &mut room)
+    symmetric && P.iter().all(|p| is_within(*p, bound)) && is_settled(n, P, &mut room)
 }

@@ -1,5 +1,4 @@
-//! The smoother of Rauch, Tung and Striebel (*AIAA Journal* 3(8), 1965): what a whole record says of
-//! each of its steps.
+//! The smoother of Rauch, Tung and Striebel (*AIAA Journal* 3(8), 1965).
 #![allow(non_snake_case)]
 
 use super::bank::{Free, FreeRoom, Varying};
@@ -21,9 +20,9 @@ pub struct Filtered<'a> {
     pub state: &'a [f64],
     /// n × n a channel and step, or a step.
     pub covariance: &'a [f64],
-    /// F, Q and B of each step, which lead to it from the one before.
+    /// F, Q and B of each step, from the previous one.
     pub predict: [Varying<'a>; 3],
-    /// Inputs, p a channel and step; empty for none.
+    /// Inputs, p for each channel and step; empty for none.
     pub u: &'a [f64],
 }
 

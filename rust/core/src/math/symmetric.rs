@@ -112,16 +112,20 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
     }
 }
 
-/// Times [`Limits::ROUNDING`] by which a running covariance may miss semidefiniteness: sizes thirty
-/// orders apart add up roundings, and a true state must never be refused.
-const MAX_INDEFINITENESS: f64 = 1024.0;
+/// Bound, times [`Limits::ROUNDING`] (8 ε) and the number `N` of rows, by which a covariance of
+/// correlations may miss semidefiniteness. An update rounds each element by at most `N + 2` units
+/// ε of its variances, Cholesky's method of the test by `N + 1`, and the correlations by 5: together
+/// `N (2 N + 8)` ε in norm. The largest `N` is 21, so that 16 allows more than two such updates
+/// before a step returns what rounding took. Steps that could lose more ask this same bound, and are
+/// not made where they miss it.
+const MAX_INDEFINITENESS: f64 = 16.0;
 
 impl<T, const N: usize> Symmetric<T, N>
 where
     T: Limits + Real<Element = T, SimdBool = bool>,
 {
     /// True if it can be a covariance of a running filter: of a trace of at most `bound`, and
-    /// semidefinite to what [`settle`](Self::settle) allows for rounding.
+    /// semidefinite to [`MAX_INDEFINITENESS`].
     pub(crate) fn is_covariance(&self, bound: T) -> bool {
         let below = (0..N).flat_map(|j| (j + 1..N).map(move |i| (i, j)));
         (0..N).all(|i| is_size(self.at(i, i), bound))
@@ -132,9 +136,8 @@ where
 }
 
 impl<T: Real, const N: usize> Symmetric<T, N> {
-    /// True where it is semidefinite, within the tolerance of [`settle`](Self::settle) for
-    /// rounding: by Cholesky's method on the correlations, so that no size of a component hides
-    /// another.
+    /// True where it is semidefinite to [`MAX_INDEFINITENESS`]: by Cholesky's method on the
+    /// correlations, so that no size of a component hides another.
     pub(crate) fn semidefinite(&self) -> T::SimdBool {
         let scale = vector::<T, N>(|i| T::one() / (self.at(i, i) + T::tiny()).simd_sqrt());
         let rounding = T::limit(<T::Element as Limits>::ROUNDING);
@@ -172,4 +175,53 @@ pub(crate) fn vector<T: Real, const N: usize>(element: impl Fn(usize) -> T) -> S
         vector[i] = element(i);
     }
     vector
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{MAX_INDEFINITENESS, Symmetric};
+    use crate::math::Limits;
+    use proptest::prelude::*;
+
+    /// A covariance whose correlations have a least eigenvalue of `-miss`: all of them equal.
+    fn missing<const N: usize>(miss: f64, sizes: &[i32], sign: f64) -> Symmetric<f64, N> {
+        let r = match sign > 0.0 {
+            // Of two rows either sign does.
+            true => 1.0 + miss,
+            false => -(1.0 + miss) / (N as f64 - 1.0),
+        };
+        let alone = |i: usize, j: usize| sign > 0.0 && (i > 1 || j > 1);
+        let size = |i: usize| 2f64.powi(sizes[i]);
+        Symmetric::from_upper(|i, j| match i == j {
+            true => size(i) * size(i),
+            false if alone(i, j) => 0.0,
+            false => r * size(i) * size(j),
+        })
+    }
+
+    fn is_bounded<const N: usize>(share: f64, sizes: &[i32]) -> Result<(), TestCaseError> {
+        let bound = N as f64 * MAX_INDEFINITENESS * f64::ROUNDING;
+        for sign in [1.0, -1.0] {
+            // To the rounding of the test itself.
+            let within = missing::<N>((1.0 - share) * bound, sizes, sign);
+            prop_assert!(within.is_covariance(f64::MAX), "{within:?}");
+            let beyond = missing::<N>((1.0 + share) * bound, sizes, sign);
+            prop_assert!(!beyond.is_covariance(f64::MAX), "{beyond:?}");
+        }
+        Ok(())
+    }
+
+    proptest! {
+        #[test]
+        fn covariances_at_either_side_of_the_bound(
+            share in 0.1..1.0,
+            sizes in prop::collection::vec(-60..60, 8),
+        ) {
+            is_bounded::<2>(share, &sizes)?;
+            is_bounded::<3>(share, &sizes)?;
+            is_bounded::<4>(share, &sizes)?;
+            is_bounded::<6>(share, &sizes)?;
+            is_bounded::<8>(share, &sizes)?;
+        }
+    }
 }

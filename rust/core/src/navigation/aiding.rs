@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::coasting::TakenFix;
 use super::covariance::{
     ACCEL, ANTENNA, CONSTANTS, Constants, Errors, GYRO, Innovation, PHI, R, Row, STATES, V,
 };
@@ -55,7 +56,10 @@ impl NavigationFilter {
         let taken = match self.after_outage(&measured) {
             Return::None => self.usual(&measured, &mut found, observer),
             Return::First => self.waits(&measured, &mut found),
-            Return::Agrees(seconds) => self.comes_back(&measured, seconds, &mut found),
+            Return::Agrees(seconds) => {
+                observer.mark_return();
+                self.comes_back(&measured, seconds, &mut found)
+            }
         };
         if taken.contains(&Some(true)) {
             self.apply(&found, observer);
@@ -202,7 +206,12 @@ impl NavigationFilter {
         let before = (self.covariance, *found);
         let new = self.correct(measured, kind, &noise, found, observer);
         match self.gates[kind].test(self.sensors.time, new, self.params.gate) {
-            GateDecision::Take => return true,
+            GateDecision::Take => {
+                if W::TAKES_FIXES {
+                    observer.record_fix(&self.taken_fix(kind, measured, noise));
+                }
+                return true;
+            }
             GateDecision::Reject => {
                 (self.covariance, *found) = before;
                 if !self.covariance.considers_antenna() {
@@ -219,6 +228,12 @@ impl NavigationFilter {
             }
         }
         false
+    }
+
+    fn taken_fix(&self, kind: usize, measured: &Measured, noise: [f64; 3]) -> TakenFix {
+        let Measured { z, rows, .. } = *measured;
+        let constants = self.rows_of_antenna(kind);
+        TakenFix { kind, time: self.sensors.time, z, rows, constants, noise }
     }
 
     fn correct<W: Observer>(

@@ -39,7 +39,7 @@ pub struct Next {
 /// State after each sample, and verdict on each fix.
 #[derive(Debug)]
 pub struct Known<'a> {
-    /// As of [`Snapshot`](super::Snapshot).
+    /// As in [`Snapshot`](super::Snapshot).
     pub position: &'a mut [[f64; 3]],
     /// North, east, down, m/s.
     pub velocity: &'a mut [[f64; 3]],
@@ -75,41 +75,129 @@ pub struct Known<'a> {
     pub aid_taken: &'a mut [f64],
 }
 
+/// A filter, or several of which one is shown.
+pub trait Navigates {
+    /// Takes the sample of a number.
+    ///
+    /// # Errors
+    /// As of [`NavigationFilter::update`].
+    fn take_sample(&mut self, number: usize, sample: &Inertial) -> Result<(), Error>;
+    /// Takes the speed of the wheels; true if it will be used.
+    ///
+    /// # Errors
+    /// As of [`NavigationFilter::update_wheels`].
+    fn take_speed(&mut self, time: f64, speed: f64, sigma: Option<f64>) -> Result<bool, Error>;
+    /// Takes a reading of an aid.
+    ///
+    /// # Errors
+    /// As of [`NavigationFilter::update_aid`].
+    fn take_aid(&mut self, aid: &Aid) -> Result<Verdict, Error>;
+    /// Takes a fix.
+    ///
+    /// # Errors
+    /// As of [`NavigationFilter::update_gnss`].
+    fn take_fix(&mut self, fix: &Fix) -> Result<Verdict, Error>;
+    /// The filter that is shown.
+    fn filter(&self) -> &NavigationFilter;
+}
+
+/// A filter with an observer.
+#[derive(Debug)]
+pub struct Observed<'a, W> {
+    /// See above.
+    pub filter: &'a mut NavigationFilter,
+    /// See above.
+    pub observer: &'a mut W,
+}
+
+impl Navigates for NavigationFilter {
+    #[inline(always)]
+    fn take_sample(&mut self, _number: usize, sample: &Inertial) -> Result<(), Error> {
+        self.update(sample)
+    }
+
+    #[inline(always)]
+    fn take_speed(&mut self, time: f64, speed: f64, sigma: Option<f64>) -> Result<bool, Error> {
+        self.update_wheels(time, speed, sigma)
+    }
+
+    #[inline(always)]
+    fn take_aid(&mut self, aid: &Aid) -> Result<Verdict, Error> {
+        self.update_aid(aid)
+    }
+
+    #[inline(always)]
+    fn take_fix(&mut self, fix: &Fix) -> Result<Verdict, Error> {
+        self.update_gnss(fix)
+    }
+
+    #[inline(always)]
+    fn filter(&self) -> &Self {
+        self
+    }
+}
+
+impl<W: Observer> Navigates for Observed<'_, W> {
+    #[inline(always)]
+    fn take_sample(&mut self, number: usize, sample: &Inertial) -> Result<(), Error> {
+        self.observer.sample(number);
+        self.filter.update_before(sample, self.observer)
+    }
+
+    #[inline(always)]
+    fn take_speed(&mut self, time: f64, speed: f64, sigma: Option<f64>) -> Result<bool, Error> {
+        self.filter.update_wheels(time, speed, sigma)
+    }
+
+    #[inline(always)]
+    fn take_aid(&mut self, aid: &Aid) -> Result<Verdict, Error> {
+        self.filter.update_aid_before(aid, self.observer)
+    }
+
+    #[inline(always)]
+    fn take_fix(&mut self, fix: &Fix) -> Result<Verdict, Error> {
+        self.filter.update_gnss_before(fix, self.observer)
+    }
+
+    #[inline(always)]
+    fn filter(&self) -> &NavigationFilter {
+        self.filter
+    }
+}
+
 impl Batch<'_> {
     /// A piece of the samples, and the wheels and fixes from the `next` ones on that are due.
     ///
     /// # Errors
-    /// As of [`NavigationFilter::update`], [`NavigationFilter::update_aid`] and
+    /// As in [`NavigationFilter::update`], [`NavigationFilter::update_aid`] and
     /// [`NavigationFilter::update_gnss`].
-    pub fn run<W: Observer>(
+    pub fn run<N: Navigates>(
         &self,
-        filter: &mut NavigationFilter,
+        navigator: &mut N,
         piece: Range<usize>,
         next: &mut Next,
         known: &mut Known<'_>,
-        observer: &mut W,
     ) -> Result<(), Error> {
         for k in piece {
             let rest = self.rest.get(k).copied().unwrap_or(false);
             let (time, gyro, accel) = (self.time[k], self.gyro[k], self.accel[k]);
-            observer.sample(k);
-            filter.update_before(&Inertial { time, gyro, accel, rest }, observer)?;
+            navigator.take_sample(k, &Inertial { time, gyro, accel, rest })?;
             while let Some(rolling) = self.wheels.get(next.wheels).filter(|one| one.time <= time) {
                 let sigma = Some(rolling.sigma).filter(|sigma| !sigma.is_nan());
-                filter.update_wheels(rolling.time, rolling.speed, sigma)?;
+                navigator.take_speed(rolling.time, rolling.speed, sigma)?;
                 next.wheels += 1;
             }
             while let Some(aid) = self.aids.get(next.aids).filter(|aid| aid.time <= time) {
-                let verdict = filter.update_aid_before(aid, observer)?;
-                known.record_aid(next.aids, aid, verdict, filter);
+                let verdict = navigator.take_aid(aid)?;
+                known.record_aid(next.aids, aid, verdict, navigator.filter());
                 next.aids += 1;
             }
             while let Some(fix) = self.fixes.get(next.fixes).filter(|fix| fix.time <= time) {
-                let verdict = filter.update_gnss_before(fix, observer)?;
-                known.record_verdict(next.fixes, fix, verdict, filter);
+                let verdict = navigator.take_fix(fix)?;
+                known.record_verdict(next.fixes, fix, verdict, navigator.filter());
                 next.fixes += 1;
             }
-            known.put(k, filter);
+            known.put(k, navigator.filter());
         }
         Ok(())
     }

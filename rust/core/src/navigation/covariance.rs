@@ -136,7 +136,7 @@ impl ConstantsCovariance {
     }
 
     /// Gains of a scalar that errors move by `h` and the first N constants by `hw`.
-    fn gain<const N: usize>(&self, h: &Row, hw: &Constants) -> Constants {
+    pub fn gain<const N: usize>(&self, h: &Row, hw: &Constants) -> Constants {
         let mut gain = [0.0; CONSTANTS];
         for (k, gain) in gain.iter_mut().enumerate().take(N) {
             let of_errors = (0..STATES).map(|i| self.cross[k][i] * h[i]).sum::<f64>();
@@ -171,7 +171,7 @@ pub(crate) struct Course {
 
 /// Variances a step adds: of white noise through the orientation, and of the walks of the biases.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Growth {
+pub struct Growth {
     phi: Matrix3<f64>,
     velocity_phi: Matrix3<f64>,
     velocity: Matrix3<f64>,
@@ -308,7 +308,11 @@ fn lessen(row: &mut Row, own: f64, gain: &Row, inverse: f64) {
 
 impl Growth {
     /// Over half a step: white noise of gyro and accelerometer, N², and walks of their biases, K².
-    pub fn over_half(course: &Course, white: [&Vector3<f64>; 2], walk: [&Vector3<f64>; 2]) -> Self {
+    pub(crate) fn over_half(
+        course: &Course,
+        white: [&Vector3<f64>; 2],
+        walk: [&Vector3<f64>; 2],
+    ) -> Self {
         let half = 0.5 * course.seconds;
         let through = |n: &Vector3<f64>| {
             let scaled = course.attitude * Matrix3::from_diagonal(&(n * half));
@@ -323,7 +327,7 @@ impl Growth {
     }
 
     /// Additional variances of an orientation and a velocity that were not measured.
-    pub fn add_unknown(&mut self, course: &Course, phi: f64, velocity: f64) {
+    pub(crate) fn add_unknown(&mut self, course: &Course, phi: f64, velocity: f64) {
         let v = course.velocity.cross_matrix();
         self.phi += Matrix3::from_diagonal_element(phi);
         self.velocity_phi -= v * phi;

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::aids::Aids;
+use super::coasting::TakenFix;
 use super::covariance::{
     ACCEL, ANTENNA, Constants, ConstantsCovariance, Course, Covariance, Errors, GYRO, Growth,
     Innovation, PHI, STATES, Scalar, Transition, V,
@@ -25,7 +26,8 @@ pub(crate) const MAX_SAMPLE: f64 = 1e4;
 const MAX_SAMPLE_INTERVAL_S: f64 = 1.0;
 /// A missing sample is the last one for so long, s, then unknown.
 const MAX_HELD_S: f64 = 0.1;
-/// A gyro that is unknown for so long, s, is a gap: errors of the orientation are not small any more.
+/// A gyro that is unknown for so long, s, is a gap: errors of the orientation are not small any
+/// more.
 pub(crate) const MAX_UNKNOWN_S: f64 = 2.0;
 /// Power densities of a rate and of a force of which nothing is measured, rad²/s and m²/s³.
 const UNKNOWN_DENSITIES: [f64; 2] = [1.0, 25.0];
@@ -47,31 +49,31 @@ const MAX_TIME: f64 = 4e9;
 pub struct Inertial {
     /// s.
     pub time: f64,
-    /// Rate, rad/s, or angle since the sample before.
+    /// Rate, rad/s, or angle since the previous sample.
     pub gyro: [f64; 3],
-    /// Specific force, m/s², or velocity gained since the sample before.
+    /// Specific force, m/s², or velocity change since the previous sample.
     pub accel: [f64; 3],
-    /// True if the body is known to rest: its velocity is zero then, its rate the Earth's.
+    /// True if the body is known to rest: its velocity is zero and its rate is the earth's.
     pub rest: bool,
 }
 
 /// Status of the filter.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Status {
-    /// It waits for a first fix, or for the next one after a gap.
+    /// Waiting for a first fix, or for the next one after a gap.
     #[default]
     Waiting,
-    /// It waits for a heading.
+    /// Waiting for a heading.
     NoHeading,
-    /// It knows where it is.
+    /// Navigating.
     Navigating,
-    /// So it does, without fixes.
+    /// Navigating without fixes.
     Coasting,
-    /// So it does, without samples of a sensor.
+    /// Navigating without samples of a sensor.
     Missing,
 }
 
-/// All that is known after a sample.
+/// All estimates after a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Snapshot {
     /// Latitude and longitude, rad, height, m; NaN before the first fix.
@@ -93,11 +95,22 @@ pub struct Snapshot {
     pub usable: u8,
 }
 
-/// Record the steps of a filter, for the smoother.
+/// Records the steps of a filter, for the smoother.
 pub trait Observer {
+    /// True if it takes what a fix measures, by `record_fix`.
+    const TAKES_FIXES: bool = false;
     /// Take the number of the sample under way.
     #[inline(always)]
     fn sample(&mut self, _number: usize) {}
+    /// Record what a step of some seconds does to a covariance, before `record_step`.
+    #[inline(always)]
+    fn record_growth(&mut self, _transition: &Transition, _growth: &Growth, _seconds: f64) {}
+    /// Record a position or a velocity that is taken, before `record_correction`.
+    #[inline(always)]
+    fn record_fix(&mut self, _fix: &TakenFix) {}
+    /// Record that the fix under way ends an outage.
+    #[inline(always)]
+    fn mark_return(&mut self) {}
     /// Record a step of the covariance, by `transition` to `covariance`.
     fn record_step(&mut self, transition: &Transition, covariance: &Covariance, motion: &Motion);
     /// Record that `found` was taken out of the motion.
@@ -112,8 +125,8 @@ pub trait Observer {
     /// Drop the last scalars, which were not taken after all.
     #[inline(always)]
     fn drop_scalars(&mut self, _scalars: usize) {}
-    /// Record that the covariance was widened: covariances before and after do not follow from scalars
-    /// alone.
+    /// Record that the covariance was widened: covariances before and after do not follow from
+    /// scalars alone.
     #[inline(always)]
     fn mark_widened(&mut self) {}
     /// Record a start of the filter, with this covariance.
@@ -162,15 +175,15 @@ pub struct NavigationFilter {
 /// Counts of fixes by verdict, to date.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FixCounts {
-    /// One of these each, as of [`Verdict`].
+    /// Used fixes, see [`Verdict::Used`].
     pub used: u64,
-    /// See `used`.
+    /// Rejected fixes, see [`Verdict::Rejected`].
     pub rejected: u64,
-    /// See `used`.
+    /// Refused fixes, see [`Verdict::Refused`].
     pub refused: u64,
-    /// Positions and velocities that the gate did not let pass.
+    /// Positions and velocities rejected by the gate.
     pub rejected_of: [u64; 2],
-    /// Number of times that so many positions in a row were rejected that the filter moved to them.
+    /// Number of times that the filter moved to positions after repeated rejections.
     pub moved: u64,
     /// Time of the last move, s, and its distance, m; NaN before the first.
     pub last_move: [f64; 2],
@@ -207,6 +220,8 @@ pub(crate) struct Sums {
     pub velocity: Vector3<f64>,
     /// Of the rate, biases in it.
     pub gyro: Vector3<f64>,
+    /// Of squared changes of the angle's rate from sample to sample, rad².
+    pub vibration: Vector3<f64>,
     /// Seconds in which a rate or a force was unknown.
     pub unknown: [f64; 2],
 }
@@ -220,6 +235,7 @@ impl Sums {
             attitude: Matrix3::zeros(),
             velocity: Vector3::zeros(),
             gyro: Vector3::zeros(),
+            vibration: Vector3::zeros(),
             unknown: [0.0; 2],
         }
     }
@@ -234,7 +250,7 @@ impl Sensors {
 }
 
 impl NavigationFilter {
-    /// A filter that has seen no sample.
+    /// A filter before its first sample.
     ///
     /// # Errors
     /// [`Error::Parameter`] if a parameter is out of its range.
@@ -287,19 +303,19 @@ impl NavigationFilter {
         variances
     }
 
-    /// Back to before the first sample.
+    /// Reset to the state before the first sample.
     pub fn reset(&mut self) {
         if let Ok(new) = Self::new(self.start, self.params) {
             *self = new;
         }
     }
 
-    /// Takes one sample of the sensors. One that is not finite, or too large for a sensor, is
-    /// missing: the one before for a tenth of a second, then unknown.
+    /// Process one sample of the sensors. A sample that is not finite or too large is missing: the
+    /// previous one replaces it for a tenth of a second, then it is unknown.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if its time is not later than that of the sample before; nothing has
-    /// changed then.
+    /// [`Error::Parameter`] if its time is not later than that of the previous sample; the filter
+    /// is then unchanged.
     #[inline]
     pub fn update(&mut self, sample: &Inertial) -> Result<(), Error> {
         self.update_before(sample, &mut ())
@@ -308,7 +324,7 @@ impl NavigationFilter {
     /// The same, with an observer.
     ///
     /// # Errors
-    /// As of [`update`](Self::update).
+    /// As in [`update`](Self::update).
     #[inline]
     pub fn update_before<W: Observer>(
         &mut self,
@@ -374,6 +390,10 @@ impl NavigationFilter {
     fn step(&mut self, sample: &Inertial, dt: f64) -> Step {
         let (gyro, accel) = (self.sensors.gyro, self.sensors.accel);
         let (now, force) = self.measure(sample, dt);
+        if self.params.gyro_vibration > 0.0 {
+            let change = (now - gyro) * dt;
+            self.sums.vibration += change.component_mul(&change);
+        }
         // Increments are means already.
         let (rate, mean) = match self.params.kind {
             Kind::Rate => ((gyro + now) * (0.5 * dt), (accel + force) * (0.5 * dt)),
@@ -456,7 +476,7 @@ impl NavigationFilter {
     #[inline(never)]
     pub(crate) fn propagate_with<W: Observer>(&mut self, extra: [f64; 2], observer: &mut W) {
         let sums = self.sums;
-        let Sums { seconds, samples, attitude, velocity, unknown, .. } = sums;
+        let Sums { seconds, samples, attitude, velocity, vibration, unknown, .. } = sums;
         if samples == 0.0 {
             return;
         }
@@ -472,9 +492,15 @@ impl NavigationFilter {
         };
         let transition = Transition::over(&course);
         let params = &self.params;
+        let mut gyro_noise = Vector3::from(params.gyro_noise);
+        if params.gyro_vibration > 0.0 {
+            // A change has the noise of two samples.
+            let share = params.gyro_vibration * params.gyro_vibration;
+            gyro_noise += vibration * (0.5 * share / seconds);
+        }
         let mut growth = Growth::over_half(
             &course,
-            [&params.gyro_noise.into(), &params.accel_noise.into()],
+            [&gyro_noise, &params.accel_noise.into()],
             [&params.gyro_walk.into(), &params.accel_walk.into()],
         );
         let more = [0, 1].map(|i| UNKNOWN_DENSITIES[i] * unknown[i] + extra[i]);
@@ -485,6 +511,7 @@ impl NavigationFilter {
         if self.aids.have_walked() {
             self.walk_constants();
         }
+        observer.record_growth(&transition, &growth, seconds);
         self.sums = Sums::new();
         self.wheels = (self.wheels + seconds).min(MAX_TIME);
         if !self.is_somewhere() {
@@ -546,7 +573,7 @@ impl NavigationFilter {
         motion.height.abs() < MAX_HEIGHT && motion.latitude.abs() < MAX_LATITUDE
     }
 
-    /// Takes a fix.
+    /// Process a fix.
     ///
     /// # Errors
     /// [`Error::Parameter`] if a standard deviation that is needed is not a positive number.
@@ -557,7 +584,7 @@ impl NavigationFilter {
     /// The same, with an observer.
     ///
     /// # Errors
-    /// As of [`update_gnss`](Self::update_gnss).
+    /// As in [`update_gnss`](Self::update_gnss).
     pub fn update_gnss_before<W: Observer>(
         &mut self,
         fix: &Fix,
@@ -614,7 +641,7 @@ impl NavigationFilter {
         if coasts { Status::Coasting } else { Status::Navigating }
     }
 
-    /// Everything known after the last sample.
+    /// All estimates after the last sample.
     #[inline]
     pub fn snapshot(&self) -> Snapshot {
         let Motion { attitude, velocity, latitude, longitude, height, .. } = &self.motion;
@@ -675,7 +702,7 @@ impl NavigationFilter {
         [of(|new| new.value), of(|new| new.variance.simd_sqrt())]
     }
 
-    /// Standard deviations of position and velocity that the innovations show; NaN before they do.
+    /// Standard deviations of position and velocity learned from the innovations; NaN before.
     pub fn learned_noise(&self) -> [[f64; 3]; 2] {
         self.gates.map(|gate| gate.noise.standard_deviations())
     }

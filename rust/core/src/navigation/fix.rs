@@ -1,4 +1,4 @@
-//! A fix of the receiver: what it tells, what of it can be used, and how errors move it.
+//! A fix of the receiver: content, validity, and derivatives.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -12,7 +12,7 @@ use crate::math::Real;
 const MIN_SIGMA: f64 = 1e-3;
 const MAX_SIGMA: f64 = 1e6;
 
-/// One fix of the receiver; what it does not tell is NaN.
+/// One fix of the receiver; unknown values are NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fix {
     /// Time of the measurement, s.
@@ -21,21 +21,22 @@ pub struct Fix {
     pub position: [f64; 3],
     /// North, east, down, m/s.
     pub velocity: [f64; 3],
-    /// Standard deviations north, east, down, m and m/s.
+    /// Standard deviations north, east, down, m.
     pub position_sigma: [f64; 3],
-    /// See `position_sigma`.
+    /// Standard deviations north, east, down, m/s.
     pub velocity_sigma: [f64; 3],
 }
 
 /// Verdict on a fix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// It was used: its position, or its velocity if it has no position.
+    /// Used: its position, or its velocity if it has no position.
     Used,
-    /// The gate did not let that pass; the velocity of a fix whose position is rejected may still
-    /// have corrected the filter.
+    /// Rejected by the gate; the velocity of a fix with a rejected position may still have
+    /// corrected the filter.
     Rejected,
-    /// It is too old, ahead of the sensors, before the first sample, empty, or nowhere on Earth.
+    /// Out of sequence or invalid: too old, ahead of the sensors, before the first sample, empty,
+    /// or not on the earth.
     Refused,
 }
 

@@ -14,7 +14,9 @@ mod adaptive_noise;
 mod aid_gate;
 mod aiding;
 mod aids;
+mod bank;
 mod batch;
+mod coasting;
 mod covariance;
 mod earth;
 mod event;
@@ -32,8 +34,12 @@ mod usable;
 mod validity;
 
 pub use aids::{AID_SENSORS, Aid, AidCounts, AidReport, Reading, pressure_height};
-pub use batch::{Batch, Known, Next};
-pub use covariance::{CONSTANTS, Constants, Covariance, Errors, STATES, Scalar, Transition};
+pub use bank::{NOISE_FACTORS, NavigationBank};
+pub use batch::{Batch, Known, Navigates, Next, Observed};
+pub use coasting::TakenFix;
+pub use covariance::{
+    CONSTANTS, Constants, Covariance, Errors, Growth, STATES, Scalar, Transition,
+};
 pub use earth::{LocalEarth, normal_gravity};
 pub use event::Event;
 pub use filter::{FixCounts, Inertial, NavigationFilter, Observer, Snapshot, Status};

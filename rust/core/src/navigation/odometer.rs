@@ -197,7 +197,7 @@ impl NavigationFilter {
     }
 }
 
-/// As of [`NavigationFilter::rows_of_wheels`].
+/// As in [`NavigationFilter::rows_of_wheels`].
 pub(crate) struct WheelRows {
     pub speed: Vector3<f64>,
     pub errors: [Row; 3],

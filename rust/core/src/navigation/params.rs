@@ -99,6 +99,9 @@ pub struct NavigationParams {
     pub gyro_walk: [f64; 3],
     /// See `gyro_walk`.
     pub accel_walk: [f64; 3],
+    /// Standard deviation of a rate's noise, over that of its change from sample to sample: what vibrates
+    /// faster than the samples tell. An axis has that of its own changes.
+    pub gyro_vibration: f64,
     /// From the sensor to the antenna, body axes, m.
     pub antenna: [f64; 3],
     /// Standard deviations of that, m: zero where it is known, else it is estimated.
@@ -146,6 +149,8 @@ impl NavigationParams {
                 require((0.0..=MAX_NOISE).contains(&x), name, "from 0 to 100 (SI)", x)?;
             }
         }
+        let vibration = self.gyro_vibration;
+        require((0.0..=1.0).contains(&vibration), "gyro_vibration", "from 0 to 1", vibration)?;
         let axle = self.wheels.map_or([0.0; 3], |wheels| wheels.axle);
         for (name, lever) in [("antenna", &self.antenna), ("axle", &axle)] {
             for x in *lever {

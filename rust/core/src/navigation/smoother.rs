@@ -533,8 +533,8 @@ mod tests {
     };
     use crate::navigation::covariance::{Constants, Covariance, Errors, PHI};
     use crate::navigation::{
-        Adapt, AidParams, Fix, Inertial, Kind, LIMITS, Motion, NavigationFilter, NavigationParams,
-        Start,
+        Adapt, Aid, AidParams, Fix, Inertial, Kind, LIMITS, Motion, NavigationFilter,
+        NavigationParams, Reading, Start,
     };
     use nalgebra::Vector3;
 
@@ -659,6 +659,7 @@ mod tests {
             accel_noise: [4e-4; 3],
             gyro_walk: [1e-10; 3],
             accel_walk: [2.5e-7; 3],
+            gyro_vibration: 0.0,
             antenna: [0.5, 0.0, -1.0],
             antenna_sigma: [antenna_sigma; 3],
             consider_antenna,

@@ -80,7 +80,7 @@ impl Motion {
 impl Covariance {
     /// Symmetric and semidefinite: what looks like a covariance pair by pair may still turn a variance
     /// below zero at the next measurement.
-    fn is_valid(&self) -> bool {
+    pub(super) fn is_valid(&self) -> bool {
         let symmetric = |i: usize| (0..=i).all(|j| is_same(self.at(i, j), self.at(j, i)));
         let upper = Symmetric::<f64, STATES>::from_upper(|i, j| self.at(i, j));
         (0..STATES).all(|i| symmetric(i) && self.at(i, STATES) == 0.0)
@@ -142,6 +142,7 @@ impl Sums {
             && are_within(&self.attitude, 2.0 * n)
             && are_within(&self.velocity, 4e5 * n)
             && are_within(&self.gyro, rates.x)
+            && self.vibration.iter().all(|x| is_size(*x, 4.0 * MAX_SAMPLE * MAX_SAMPLE * n))
             && self.unknown.iter().all(|x| is_size(*x, self.seconds * 1.001))
     }
 }

@@ -1,4 +1,4 @@
-//! The stream of fixes: which are missing, how long each took, and what each method makes of them.
+//! The stream of fixes: missing fixes, times, and methods.
 #![allow(non_snake_case)]
 
 use nalgebra::{ComplexField, SMatrix};
@@ -23,7 +23,7 @@ const MAX_UNKNOWN_S: f64 = 100.0;
 /// Times `sigma` in a second: velocity of which nothing is known but that it is one.
 const DIFFUSE_SIGMAS: f64 = 100.0;
 
-/// A fix as it is given, NaN where something is missing.
+/// A fix; missing values are NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fix {
     /// East and north, m.
@@ -34,7 +34,7 @@ pub struct Fix {
     pub cn0: f64,
     /// True if the platform is known to rest.
     pub rest: bool,
-    /// Seconds since the fix before; NaN for one period of the rate.
+    /// Time since the previous fix, s; NaN for one period of the rate.
     pub dt: f64,
 }
 
@@ -50,20 +50,20 @@ impl Input for Fix {
     }
 }
 
-/// Everything known after a fix.
+/// All estimates after a fix.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PositionSnapshot {
     /// East and north, m; NaN before the first fix.
     pub position: [f64; 2],
-    /// Its standard deviation, an axis, m; NaN where the method has none.
+    /// Its standard deviation per axis, m; NaN if the method has none.
     pub sigma: f64,
-    /// Velocity east and north, m/s; NaN where the method has none.
+    /// Velocity east and north, m/s; NaN if the method has none.
     pub velocity: [f64; 2],
-    /// Slow error of the receiver, m; NaN where the method has none.
+    /// Slow error of the receiver, m; NaN if the method has none.
     pub receiver_error: [f64; 2],
     /// True if the fix was missing.
     pub missing: bool,
-    /// True if it was there and not taken.
+    /// True if the fix was present but not used.
     pub held: bool,
 }
 
@@ -87,7 +87,7 @@ impl Output for PositionSnapshot {
     }
 }
 
-/// Positions from fixes, by one of the methods.
+/// Position filter with one of the methods.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PositionFilter {
     params: PositionParams,
@@ -114,7 +114,7 @@ enum State {
 }
 
 impl PositionFilter {
-    /// A filter that has seen nothing.
+    /// A filter before its first sample.
     ///
     /// # Errors
     /// [`Error::Parameter`] if a parameter is out of its range.
@@ -279,8 +279,8 @@ impl Aided {
         }
     }
 
-    /// The way since the sample before, and its deviation an axis. Of a body that rests at both ends
-    /// it is none. Where rest begins or ends it moved in between: its velocity there is zero.
+    /// The way since the sample before, and its deviation an axis. Of a body that rests at both
+    /// ends it is none. Where rest begins or ends it moved in between: its velocity there is zero.
     fn moved(&mut self, fix: &Fix, dt: f64, constants: &PositionConstants) -> (Plane, f64) {
         let rested = core::mem::replace(&mut self.at_rest, fix.rest);
         let (before, unknown) = (self.velocity, self.unknown);

@@ -1,4 +1,4 @@
-//! Position of a receiver: its fixes without the wandering of a standing or slow one.
+//! Position of a receiver, without the wandering of fixes at rest or at low speed.
 //!
 //! A fix is metres east and north in a plane, with what the receiver may tell besides: speed by
 //! Doppler, strength of the signals, and whether the platform rests. [`PositionFilter`] is the

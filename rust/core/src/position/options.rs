@@ -5,26 +5,26 @@ use serde::{Deserialize, Serialize};
 use crate::attitude::Constant;
 use crate::error::{Error, check_rate, require};
 
-/// Most fixes of a moving average.
+/// Largest number of fixes in the moving average.
 pub const MAX_WINDOW: usize = 64;
 
 /// Treatment of the fixes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum PositionMethod {
-    /// Doppler and rest move the position, a slow receiver error is a state.
+    /// Doppler and rest determine the change of position; a slow receiver error is a state.
     #[default]
     Aided,
     /// The mean of the last fixes.
     MovingAverage,
     /// Constant velocity.
     Kalman,
-    /// A short step that turns the course is not taken.
+    /// A short step that changes the course is ignored.
     Heading,
-    /// Constant velocity, with fixes of weak signals trusted less.
+    /// Constant velocity, with less weight for fixes with weak signals.
     Strength,
 }
 
-/// The names of the methods, as people write them.
+/// Names of the methods.
 pub const POSITION_METHODS: [&str; 5] =
     ["aided", "moving_average", "kalman", "heading", "strength"];
 
@@ -34,7 +34,7 @@ impl PositionMethod {
         POSITION_METHODS[self as usize]
     }
 
-    /// The method of a name.
+    /// The method with this name.
     pub fn of_name(name: &str) -> Option<Self> {
         let all = [Self::Aided, Self::MovingAverage, Self::Kalman, Self::Heading, Self::Strength];
         all.into_iter().find(|method| method.name() == name)
@@ -44,23 +44,23 @@ impl PositionMethod {
 /// Constants of all methods; each uses some.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PositionConstants {
-    /// Fixes of the moving average, a whole number.
+    /// Number of fixes in the moving average.
     pub window: f64,
-    /// White noise of a fix of strong signals, an axis, m.
+    /// White noise of a fix with strong signals, per axis, m.
     pub sigma: f64,
-    /// Of the constant velocity: PSD of the acceleration, m²/s³.
+    /// PSD of the acceleration for constant velocity, m²/s³.
     pub process_noise: f64,
-    /// A step as long as this is taken whatever its course, m.
+    /// Step length from which a step is used with any course, m.
     pub step: f64,
-    /// A shorter one that turns the course by more than this is not, rad.
+    /// Largest change of course of a shorter step, rad.
     pub turn: f64,
-    /// Slow error of the receiver, an axis, m.
+    /// Slow error of the receiver, per axis, m.
     pub error_sigma: f64,
-    /// Time in which it is forgotten, s.
+    /// Correlation time of the slow error, s.
     pub error_time: f64,
-    /// White noise of the Doppler velocity, an axis, m/s.
+    /// White noise of the Doppler velocity, per axis, m/s.
     pub speed_sigma: f64,
-    /// Density of the velocity's change while it is unknown, m/s².
+    /// Density of the velocity's change without Doppler, m/s².
     pub acceleration: f64,
 }
 

@@ -1,15 +1,13 @@
-//! Rest detection from one channel of a gyroscope alone.
+//! Rest detection from one channel of a gyroscope.
 //!
-//! Samples are put together to ticks of a quarter of a second. What ticks show at rest is learned:
-//! how much the samples vary within one, and how far its level lies from averages of 1, 4 and 16 s.
-//! A tick beyond what chance does once in a million ends the rest; one and a half seconds near the
-//! level of the last rest begin the next.
+//! Samples form ticks of a quarter of a second. Learned at rest are the variance of samples within
+//! a tick, and the distance of its level from averages of 1, 4 and 16 s. A tick with a chance below
+//! one in a million ends the rest; 1.5 s near the level of the last rest begin the next.
 //!
-//! No gyroscope tells slow turning at one rate from a bias, and no sensor keeps its bias or its
-//! noise for ever. So a new level counts as rest if it stays constant: after 10 s,
-//! and about 11 s for each deviation of the samples that it lies off, 60 s at most. What was known
-//! before is kept and returned to in one and a half seconds. Of many such turns an accelerometer knows
-//! better: [`MotionDetector`].
+//! A gyroscope cannot distinguish a slow steady rotation from a bias, and a sensor's bias and noise
+//! change. So a new level counts as rest if it stays constant for 10 s plus about 11 s for each
+//! standard deviation of its distance, at most 60 s. The earlier state is kept and resumed after
+//! 1.5 s near it. An accelerometer detects most such rotations: [`MotionDetector`].
 
 mod bounds;
 mod candidate;
@@ -38,31 +36,31 @@ use crate::math::{Limits, Real};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Number, Stream};
 
-/// Fewest samples that tell a mean and a variance without the farthest of them.
+/// Least number of samples for a mean and a variance without the farthest sample.
 pub(crate) const MIN_SAMPLES: u32 = 4;
 
 /// Change at the end of a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event {
-    /// A rest began at the level known.
+    /// A rest began at the known level.
     Rest,
-    /// The rest is over: the tick that says so, and perhaps the one before, belong to motion.
+    /// The rest ended: this tick, and possibly the one before, belong to motion.
     Motion,
-    /// The rest was false, or its level holds no longer: all learned from it is to be forgotten.
+    /// The rest was false, or its level is outdated: forget all learned from it.
     Restart,
 }
 
-/// A quarter of a second, but four samples at least.
+/// A quarter of a second, at least four samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tick<T> {
-    /// Samples that count: neither missing nor outliers nor a stuck sensor's. Fewer than four are
-    /// counted with those of the next tick.
+    /// Number of used samples: not missing, outliers or stuck. Fewer than four are added to the
+    /// next tick.
     pub count: u32,
     /// Their mean, if there are any.
     pub mean: T,
-    /// Their deviation from it, zero for less than two.
+    /// Their standard deviation, zero for less than two.
     pub deviation: T,
-    /// True if it belongs to a rest. A tick without samples tells nothing and does not.
+    /// True if it belongs to a rest; false for a tick without samples.
     pub calm: bool,
     /// Number of outliers.
     pub outliers: u32,
@@ -72,13 +70,13 @@ pub struct Tick<T> {
     pub event: Option<Event>,
 }
 
-/// Limits of rest, in the unit of the samples: nothing beyond is ever learned as rest.
+/// Limits of rest, in the unit of the samples: a rest never exceeds them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct RestLimits {
-    /// Deviation within a tick that no sensor of this kind has at rest; its ticks' means spread over
-    /// 1.5 s by three tenths of it at most.
+    /// Largest standard deviation within a tick at rest; means of ticks may spread over 1.5 s by
+    /// three tenths of it.
     pub rest: Option<f64>,
-    /// Level that no sensor of this kind has at rest.
+    /// Largest level at rest.
     pub bias: Option<f64>,
 }
 
@@ -109,7 +107,7 @@ pub struct RestDetector<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
-    /// A detector for `rate` samples a second.
+    /// A detector for `rate` samples per second.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the rate or a limit is not a positive number.
@@ -126,8 +124,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.observe_while(z, false)
     }
 
-    /// The same where something else may know of motion, such as a [`MotionDetector`]: a tick at
-    /// whose end the body is `moving` is never one of rest.
+    /// [`observe`](Self::observe) with a flag of motion, such as that of a [`MotionDetector`]: a
+    /// tick with `moving` at its end is never at rest.
     #[inline(always)]
     pub fn observe_while(&mut self, z: T, moving: bool) -> Option<Tick<T>> {
         let seen = self.ticker.observe(z)?;
@@ -139,29 +137,29 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.ticker.position == 0
     }
 
-    /// True if the sensor rests, as far as the last tick tells.
+    /// True if the sensor is at rest by the last tick.
     pub fn at_rest(&self) -> bool {
         self.decision.at_rest
     }
 
-    /// True if the assumed rest may also be motion: nothing louder has been seen to date, and
-    /// it has not yet lasted for a minute. Never if there is a limit of what rest can be.
+    /// True if the assumed rest may be motion: no stronger motion was seen and it has lasted less
+    /// than a minute. False if there is a limit of rest.
     pub fn is_provisional(&self) -> bool {
         self.decision.is_provisional()
     }
 
-    /// Ticks in a row, up to the last one, that may become the first rest.
+    /// Number of consecutive ticks, up to the last one, that may become the first rest.
     pub fn standing(&self) -> u32 {
         self.decision.standing()
     }
 
-    /// True if the sensor has given the same sample for longer than chance does.
+    /// True if the sensor repeats one sample for longer than chance explains.
     pub fn is_stuck(&self) -> bool {
         self.ticker.is_stuck()
     }
 
-    /// A sample before it is taken, with the bounds that outliers have; NaN for one that is an
-    /// outlier as far as is known before its tick is complete.
+    /// A sample limited to the bounds of outliers, before it is processed; NaN for a presumed
+    /// outlier.
     pub fn gate_sample(&self, z: T) -> T {
         self.ticker.gate_sample(z)
     }
@@ -194,7 +192,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.decision.times.tick
     }
 
-    /// Samples a second.
+    /// Samples per second.
     pub fn rate(&self) -> f64 {
         self.rate
     }
@@ -218,7 +216,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.ticker.is_settled()
     }
 
-    /// Back to before the first sample.
+    /// Reset to the state before the first sample.
     pub fn restart(&mut self) {
         let times = self.decision.times;
         self.ticker = Ticker::new(self.rate, times.tick);
@@ -244,7 +242,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
     }
 }
 
-/// A stream that takes a flag of the body's motion, such as that of a [`MotionDetector`].
+/// A stream with a flag of the body's motion, such as that of a [`MotionDetector`].
 pub trait MotionAware: Stream {
     /// Takes one sample of a body that is known to be `moving`, or of which nothing is known. A
     /// stream that takes every sample for rest does so here too.

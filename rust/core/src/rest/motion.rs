@@ -86,7 +86,7 @@ struct Successive {
 }
 
 impl MotionDetector {
-    /// A detector for `rate` samples a second.
+    /// A detector for `rate` samples per second.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the rate is not a positive number.
@@ -111,7 +111,7 @@ impl MotionDetector {
         self.left > 0
     }
 
-    /// Samples a second.
+    /// Samples per second.
     pub fn rate(&self) -> f64 {
         self.rate
     }

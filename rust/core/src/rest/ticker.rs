@@ -360,7 +360,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         // Raw, it must not overflow.
         let reach = (T::MAX_RAW * T::of(4.0) * self.inverse).at_most(self.bound);
         // A few samples wait for those of the next ticks.
-        let most = self.position + self.length + MIN_SAMPLES;
+        let most = self.position.saturating_add(self.length).saturating_add(MIN_SAMPLES);
         (self.length, self.bound) == (fresh.length, fresh.bound)
             && is_sample(self.origin, T::MAX_RAW)
             && self.has_unit()

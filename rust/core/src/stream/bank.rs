@@ -132,7 +132,7 @@ impl<S> Bank<S> {
 }
 
 impl<S: Stream> Bank<S> {
-    /// Takes one row, a sample a channel; fills the numbers and flags of the outputs.
+    /// Takes one row, one sample per channel; fills the numbers and flags of the outputs.
     #[inline]
     pub fn update(&mut self, row: &[f64], numbers: &mut [f64], flags: &mut [bool]) {
         for (c, stream) in self.streams.iter_mut().enumerate() {

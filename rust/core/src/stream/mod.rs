@@ -111,6 +111,6 @@ pub trait Traced: Stream {
     /// All that is known, as numbers and flags.
     type Snapshot: Output;
 
-    /// Everything known after the last sample.
+    /// All estimates after the last sample.
     fn snapshot(&self) -> Self::Snapshot;
 }

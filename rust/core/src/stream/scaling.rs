@@ -59,7 +59,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         let zero = T::zero();
         Ok(Self {
             window,
-            known_scale: known_scale.map(|scale| T::of(scale).at_most(T::MAX)),
+            known_scale: known_scale.map(|scale| match T::of(scale) {
+                // It is positive, which its number need not be.
+                none if none == T::zero() => T::TINY,
+                scale => scale.at_most(T::MAX),
+            }),
             samples: 0,
             origin: zero,
             unit: zero,
@@ -168,7 +172,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         self.typical().is_none().then_some((self.mean, deviation, peak))
     }
 
-    /// Back to before the first sample.
+    /// Reset to the state before the first sample.
     pub fn reset(&mut self) {
         let zero = T::zero();
         *self = Self {

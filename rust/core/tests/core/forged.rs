@@ -9,6 +9,7 @@ use zerorate_core::calibrate::{
     Correction, ImuCorrector, TemperatureCurve, TemperatureFilter, TemperatureParams,
 };
 use zerorate_core::checkpoint::{self, Checkpoint};
+use zerorate_core::navigation::{Adapt, Kind};
 use zerorate_core::stream::{Input, Number, Output};
 use zerorate_core::{
     AutoFilter, AutoParams, Behaviour, DriftFilter, Method, Params, RecursiveLeastSquares,
@@ -350,6 +351,53 @@ proptest! {
         let params = AttitudeParams { rate, frame: Frame::Ned, mag: true, gyro_unit: 1.0, accel_unit: 10.0, gyro_range: None };
         let auto = Auto::new(AutoOptions { mag, ..AutoOptions::default() })?;
         check(Attitude::new(params, auto)?, numbers_and_validity, &samples, &after, first)?;
+    }
+}
+
+/// A state with any other bytes in its content is refused, or takes samples and is saved again.
+fn refused_or_runs<S: Stream + Checkpoint>(
+    mut stream: S,
+    samples: &[f64],
+    after: &[f64],
+    changes: &[(prop::sample::Index, u8)],
+) {
+    (0..samples.len()).for_each(|k| _ = stream.update(input::<S>(samples, k).0));
+    let mut bytes = saved(&stream);
+    for (place, byte) in changes {
+        let at = HEADER + place.index(bytes.len() - HEADER - CHECKSUM);
+        bytes = forged(&bytes, at, &[*byte]);
+    }
+    if let Ok(mut other) = checkpoint::read::<S>(&bytes) {
+        (0..after.len()).for_each(|k| _ = other.update(input::<S>(after, k).0));
+        saved(&other);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_bytes_are_a_stream_or_refused(
+        which in 0..5, params in any_params(),
+        samples in prop::collection::vec(any_sample(), 1..80),
+        after in prop::collection::vec(any_sample(), 20),
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..5),
+    ) {
+        let (samples, after, changes) = (&samples[..], &after[..], &changes[..]);
+        match which {
+            0 => refused_or_runs(DriftFilter::<f64, 3, 4>::new(params)?, samples, after, changes),
+            1 => refused_or_runs(auto::<f64>(None, true), samples, after, changes),
+            2 => refused_or_runs(published::<f64, 2, 2>(params, true), samples, after, changes),
+            3 => {
+                let nav = crate::navigation::filter(true, Adapt::Inflate, Kind::Rate);
+                refused_or_runs(nav, samples, after, changes);
+            }
+            _ => {
+                let params = AttitudeParams { rate: 100.0, frame: Frame::Ned, mag: true, gyro_unit: 1.0, accel_unit: 1.0, gyro_range: None };
+                let attitude = Attitude::new(params, Auto::new(AutoOptions::default())?)?;
+                refused_or_runs(attitude, samples, after, changes);
+            }
+        }
     }
 }
 

@@ -12,7 +12,9 @@ mod auto;
 mod contract;
 #[cfg(feature = "std")]
 mod deviations;
+mod draw;
 mod forged;
+mod histories;
 mod holding;
 #[cfg(feature = "parallel")]
 mod lanes;

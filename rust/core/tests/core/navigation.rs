@@ -19,6 +19,7 @@ pub fn filter(wheeled: bool, adapt: Adapt, kind: Kind) -> NavigationFilter {
         accel_noise: [4e-4; 3],
         gyro_walk: [1e-10; 3],
         accel_walk: [2.5e-7; 3],
+        gyro_vibration: 0.0,
         antenna: [0.1, -0.2, -1.0],
         antenna_sigma: [0.0; 3],
         consider_antenna: false,

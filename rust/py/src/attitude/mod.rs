@@ -43,15 +43,15 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 /// gravity, and corrects only the heading by the magnetometer. The other methods are those of
 /// textbooks.
 ///
-/// Sensors may have rates of their own: NaN, ``None`` or a vector of zeros is a missing sample, and
-/// so is one beyond 1000 rad/s or m/s^2. Zeros of a gyro are a rate if it gives them at rest, as a
-/// simulated gyro or one with a dead band does: after a rate below 5 deg/s, unless it has rested
-/// with noise, and after some time of rest with zeros. A missing rate is replaced by the last one
-/// for 50 ms. ``dt`` is the time since the sample before, s, where it is not ``1 / rate``; more
-/// than 1 s is a gap. Below zero the clock was set back, and by more than 1 s the recorder
-/// restarted. In either case the body may have turned, and ``tilt_sigma`` and ``heading_sigma``
-/// grow accordingly. North is the magnetic one; without a magnetometer a level sensor starts along
-/// the axes of the frame, and the heading drifts. One object serves one thread at a time.
+/// Sensors may have different rates: NaN, ``None``, a vector of zeros, or one beyond 1000 rad/s or
+/// m/s^2 is a missing sample. Zeros of a gyro are a rate if it gives them at rest, as a simulated
+/// gyro or one with a dead band does: after a rate below 5 deg/s, unless it has rested with noise,
+/// and after some time of rest with zeros. A missing rate is replaced by the last one for 50 ms.
+/// ``dt`` is the time since the previous sample, s, if it is not ``1 / rate``; more than 1 s is a
+/// gap. A negative value means a clock set back, or by more than 1 s a restarted recorder. In all
+/// these cases the body may have rotated, and ``tilt_sigma`` and ``heading_sigma`` grow
+/// accordingly. North is magnetic; without a magnetometer a level sensor starts along the
+/// axes of the frame, and the heading drifts. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -68,9 +68,8 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 /// gyro_unit, accel_unit : str
 ///     Units of the samples, as in `zerorate.units`; of the magnetometer any.
 /// bias : array_like, shape (3,), DriftFilter or Calibration, optional
-///     Known output of the gyro without rotation, in ``gyro_unit``: numbers, a
-///     `DriftFilter` of three channels in that unit, or a `Calibration`, for raw samples, which also
-///     gives the gyro's matrix.
+/// Known output of the gyro without rotation, in ``gyro_unit``: numbers, a `DriftFilter` of three
+/// channels in that unit, or a `Calibration`, for raw samples, which also gives the gyro's matrix.
 /// bias_sigma : array_like, shape () or (3,), optional
 ///     Its standard deviation. Default: 0.05 deg/s for a filter or calibration, or more if that
 ///     states more; 0.5 deg/s for numbers; 1 deg/s without a known bias.
@@ -80,8 +79,8 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 ///     the first sample on is not mistaken for a rest; with a large one the bias of a bad gyro is
 ///     found.
 /// gyro_range : float, optional
-///     In ``gyro_unit``: the range of the gyro. A rate beyond it about any axis is a missing sample,
-///     counted in ``rates_left_out``, and one at the range is ``status`` "clipped".
+/// In ``gyro_unit``: the range of the gyro. A rate beyond it about any axis is a missing sample,
+/// counted in ``rates_left_out``, and one at the range is ``status`` "clipped".
 /// magnetometer : MagnetometerCalibration, optional
 ///     Of "auto": result of `calibrate_magnetometer`, by which each sample is corrected first: the
 ///     hard iron of the group that lasts longest, and the soft iron. The samples must be in its
@@ -91,7 +90,7 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 ///     rest that this leaves. Until it is known the output is the same as without learning, to the
 ///     last bit.
 /// channels : int, optional
-///     Bodies side by side; ``None`` is a single one.
+///     Number of bodies; ``None`` is a single one.
 /// time_constant : float, default 0.5
 ///     Of "complementary", s: time constant of tilt and heading towards accelerometer and
 ///     magnetometer. A short one follows accelerations, a long one the gyro's bias b, with an error
@@ -103,8 +102,8 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 ///     Of "madgwick", rad/s: gradient step of the quaternion, half the body's rate; by default
 ///     0.041 with a magnetometer and 0.033 without, as in the report.
 /// gyro_noise, accel_noise : float, default 0.0002 and 0.1
-///     Of "ekf" and "ukf", rad/s/sqrt(Hz) and m/s^2/sqrt(Hz): white noise, that of the accelerometer with
-///     the body's own accelerations, some fifty times that of a data sheet.
+/// Of "ekf" and "ukf", rad/s/sqrt(Hz) and m/s^2/sqrt(Hz): white noise; that of the accelerometer
+/// includes the body's own accelerations, some fifty times a data sheet's value.
 /// mag_noise : float, default 0.1
 ///     Of "ekf" and "ukf", rad/sqrt(Hz): noise of the magnetic heading.
 /// bias_walk : float, default 0.0001
@@ -204,8 +203,8 @@ impl Attitude {
         Ok(Self { mag, shared })
     }
 
-    /// Takes one sample of each sensor, returns the orientation: (3,) each to (4,), or six or nine
-    /// floats; with channels (k, 3) to (k, 4).
+    /// Process one sample of each sensor and return the orientation: (3,) each to (4,), or six or
+    /// nine floats; with channels (k, 3) to (k, 4).
     #[pyo3(signature = (gyro, accel, mag=None, *floats, dt=None))]
     fn update<'py>(
         slf: &Bound<'py, Self>,
@@ -224,7 +223,8 @@ impl Attitude {
         {
             let mut orientation = [0.0; 4];
             let out = &mut orientation;
-            // A batch of one: with all the instructions that the processor has, which batches ask for.
+            // A batch of one: with all the instructions that the processor has, which batches ask
+            // for.
             this.shared.bank.process(&row, out, &mut [], 1).map_err(NativeError::from)?;
             return Ok(arrays::small(slf.py(), &orientation));
         }
@@ -271,10 +271,10 @@ impl Attitude {
         Ok(given.clone().into_any())
     }
 
-    /// Like ``process``, but returns all that was known after each sample, as arrays by name:
+    /// Like ``process``, but return all estimates after each sample, as arrays by name:
     /// quaternion (n, 4), bias, bias_sigma and linear_acceleration (n, 3), gyro_matrix and
-    /// gyro_matrix_sigma (n, 3, 3), tilt_sigma, heading_sigma, at_rest, disturbed and events (n,), the
-    /// last the sum of `zerorate.attitude.Event`; with channels (n, k, …).
+    /// gyro_matrix_sigma (n, 3, 3), tilt_sigma, heading_sigma, at_rest, disturbed and events (n,),
+    /// the last the sum of `zerorate.attitude.Event`; with channels (n, k, …).
     #[pyo3(signature = (gyro, accel, mag=None, dt=None))]
     fn trace<'py>(
         slf: &Bound<'py, Self>,
@@ -320,8 +320,9 @@ impl Attitude {
         named_arrays(py, parts?.map_err(NativeError::from)?, &this.shared.batch_axes(batch.n))
     }
 
-    /// Goes on from an orientation that is known, at the start or later: a quaternion, w first, or a
-    /// ``scipy`` rotation, of the sensor in the frame; the deviations of its tilt and heading in rad.
+    /// Continue from a known orientation, at the start or later: a quaternion, w first, or a
+    /// ``scipy`` rotation, of the sensor in the frame, with the standard deviations of tilt and
+    /// heading, rad.
     #[pyo3(signature = (orientation, tilt_sigma=0.01, heading_sigma=0.01))]
     fn align(
         slf: &Bound<'_, Self>,
@@ -350,13 +351,13 @@ impl Attitude {
         Ok(())
     }
 
-    /// Back to before the first sample, but for scale and misalignment of the gyro.
+    /// Reset to the state before the first sample, except scale and misalignment of the gyro.
     fn power_on(slf: &Bound<'_, Self>) -> PyResult<()> {
         exclusive(slf)?.shared.bank.power_on();
         Ok(())
     }
 
-    /// The same as a ``scipy.spatial.transform.Rotation``.
+    /// The orientation as a ``scipy.spatial.transform.Rotation``.
     #[getter]
     fn rotation<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let py = slf.py();
@@ -480,34 +481,34 @@ getters! { Attitude, slf, py, this;
     /// Standard deviations of the elements of ``gyro_matrix``: (3, 3), with channels (k, 3, 3).
     gyro_matrix_sigma: Object<'py> =
         vectors(slf, &[3, 3], |body| { body.snapshot.knowledge.gyro_matrix_sigma.transpose().as_slice().to_vec() })?;
-    /// Standard deviation of the angle between the true and the estimated vertical, rad: float, with
-    /// channels (k,).
+    /// Standard deviation of the angle between the true and the estimated vertical, rad: float,
+    /// with channels (k,).
     tilt_sigma: Object<'py> = vectors(slf, &[], |body| vec![body.snapshot.knowledge.tilt_sigma])?;
-    /// Standard deviation of the heading, rad; without magnetometer that against the start: float,
+    /// Standard deviation of the heading, rad; without magnetometer relative to the start: float,
     /// with channels (k,).
     heading_sigma: Object<'py> =
         vectors(slf, &[], |body| vec![body.snapshot.knowledge.heading_sigma])?;
     /// True if the body rests: bool, with channels (k,).
     at_rest: Object<'py> = flags(slf, |body| body.snapshot.knowledge.at_rest)?;
-    /// True if the magnetic field is another than the one known, by its strength or its dip: bool,
-    /// with channels (k,).
+    /// True if the strength or dip of the magnetic field differs from the known one: bool, with
+    /// channels (k,).
     disturbed: Object<'py> = flags(slf, |body| body.snapshot.knowledge.disturbed)?;
-    /// The magnetometer's hard iron that is taken off each sample, in its unit and, behind a
-    /// calibration, in the axes that this one leaves; zeros before one is known, NaN where none is
-    /// learned: (3,), with channels (k, 3).
+    /// The hard iron that is subtracted from each magnetometer sample, in its unit and, with a
+    /// calibration, in corrected axes; zeros before one is known, NaN if none is learned: (3,),
+    /// with channels (k, 3).
     hard_iron: Object<'py> = irons(slf, |iron| iron.value.as_slice().to_vec())?;
     /// Standard deviation of ``hard_iron``, NaN before one is known: (3,), with channels (k, 3).
     hard_iron_sigma: Object<'py> = irons(slf, |iron| iron.sigma.as_slice().to_vec())?;
-    /// Rates that were given and left out, as beyond ``gyro_range`` or 1000 rad/s; infinities and NaN are
-    /// missing samples. int, with channels (k,).
+    /// Number of rates left out because they exceed ``gyro_range`` or 1000 rad/s; infinities and
+    /// NaN are missing samples. int, with channels (k,).
     rates_left_out: Object<'py> = this.shared.numbers(py, this.shared.bank.rates_left_out())?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.shared.bank.params().rate;
-    /// The method that estimates.
+    /// The method.
     method: &'static str = this.shared.bank.method();
-    /// True if a magnetometer may come.
+    /// True if samples may have a magnetometer.
     mag: bool = this.mag;
     /// Unit of the gyro's samples.
     gyro_unit: String = unit_of(py, this.shared.bank.params().gyro_unit, &GYRO_UNITS)?;

@@ -15,7 +15,7 @@ use crate::common::streaming::{self, Shared, call, exclusive, quoted, reading, s
 /// Numbers in a sample: rate, angle and the time since the sample before.
 const WIDTH: usize = 3;
 
-/// The tilt about one axis, from the rate about it and the angle that the accelerometer shows.
+/// Tilt about one axis, from the rate about it and the accelerometer's angle.
 ///
 /// This is the usual fusion for an MPU-6050: the angle of the accelerometer, an arc tangent of two
 /// of its axes, is noisy but stable; the integral of the gyro is smooth but drifts. The
@@ -35,11 +35,11 @@ const WIDTH: usize = 3;
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second.
+///     Samples per second.
 /// method : {"complementary", "kalman"}, default "complementary"
-///     How rate and angle are joined.
+///     Combination of rate and angle.
 /// channels : int, optional
-///     Number of axes side by side; ``None`` is a single one.
+///     Number of axes; ``None`` is a single one.
 /// time_constant : float, default 0.5
 ///     Of the complementary filter, s: a short one trusts the accelerometer, with its vibration, a
 ///     long one the gyro, with its bias.
@@ -107,9 +107,9 @@ impl Tilt {
         Ok(bank.map_err(NativeError::from)?)
     }
 
-    /// Takes a rate and the accelerometer's angle, returns the tilt: floats or None to float, with
-    /// channels (k,) and (k,) to (k,); ``dt`` is the time since the sample before, s, by default one
-    /// period.
+    /// Process a rate and the accelerometer's angle, and return the tilt: floats or None to float,
+    /// with channels (k,) and (k,) to (k,); ``dt`` is the time since the previous sample, s, by
+    /// default one period.
     #[pyo3(signature = (gyro, angle, dt=None))]
     fn update<'py>(
         slf: &Bound<'py, Self>,
@@ -178,13 +178,14 @@ getters! { Tilt, slf, py, this;
     angle: Object<'py> = this.shared.each(py, Core::angle)?;
     /// Standard deviation of ``angle``, NaN for method "complementary": float, with channels (k,).
     angle_sigma: Object<'py> = this.shared.each(py, Core::angle_sigma)?;
-    /// The gyro's output without rotation, NaN for method "complementary": float, with channels (k,).
+    /// The gyro's output without rotation, NaN for method "complementary": float, with channels
+    /// (k,).
     bias: Object<'py> = this.shared.each(py, Core::bias)?;
     /// Standard deviation of ``bias``, NaN for method "complementary": float, with channels (k,).
     bias_sigma: Object<'py> = this.shared.each(py, Core::bias_sigma)?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.first().params().rate;
     /// Combination of rate and angle.
     method: &'static str = this.first().params().method.name();

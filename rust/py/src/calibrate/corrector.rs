@@ -36,16 +36,16 @@ where
     }
 }
 
-/// Gyro and accelerometer without scale error, misalignment, bias and g-sensitivity, while samples
-/// arrive or at once.
+/// Correction of gyro and accelerometer for scale error, misalignment, bias and g-sensitivity, live
+/// or in batches.
 ///
 /// ``force = accel_matrix @ (accel - accel_bias)`` and ``rate = gyro_matrix @ (gyro - gyro_bias -
 /// g_sensitivity @ force)``: the matrices are the inverses of the sensors' responses.
 /// ``Calibration.corrector()`` makes one. Units are those of the arguments.
 ///
-/// A sample has three numbers (the gyro), six (and the accelerometer) or seven (and the temperature,
-/// degC). If an axis of the gyro is missing, its three rates are NaN. If an axis of the
-/// accelerometer is missing, its three forces are NaN, and the gyro is corrected with the last
+/// A sample has three numbers (the gyro), six (and the accelerometer) or seven (and the
+/// temperature, degC). If an axis of the gyro is missing, its three rates are NaN. If an axis of
+/// the accelerometer is missing, its three forces are NaN, and the gyro is corrected with the last
 /// known force, zero before the first. If the temperature is missing, the last one is used; before
 /// the first the bias is ``gyro_bias``. One object serves one thread at a time.
 ///
@@ -54,22 +54,22 @@ where
 /// gyro_matrix : array_like, shape (3, 3)
 ///     From the raw gyro, less its bias, to the rate.
 /// gyro_bias : array_like, shape (3,)
-///     Output of the gyro without input, raw unit, where no temperature is known.
+///     Bias of the gyro without a known temperature, raw unit.
 /// accel_matrix, accel_bias : array_like, shape (3, 3) and (3,), optional
-///     Likewise of the accelerometer; by default it is left as it is.
+///     The same for the accelerometer; by default it is unchanged.
 /// g_sensitivity : array_like, shape (3, 3), optional
 ///     Contribution of a force to the gyro, raw unit of the gyro per unit of the corrected force;
 ///     by default none.
 /// temperature : dict, optional
-///     The gyro's bias over temperature: ``"coefficients"``, shape (3, 1) to (3, 4), are c_0, c_1, …
-///     of each axis in ``sum(c_k * ((T - reference) / 10)**k)``; ``"reference"`` is a temperature,
-///     ``"range"`` are the lowest and the highest temperature of the data. Beyond them the curve
-///     continues along its tangent for the length of the range, then stays constant.
+/// The gyro's bias over temperature: ``"coefficients"``, shape (3, 1) to (3, 4), are c_0, c_1, … of
+/// each axis in ``sum(c_k * ((T - reference) / 10)**k)``; ``"reference"`` is a temperature,
+/// ``"range"`` are the lowest and the highest temperature of the data. Beyond them the curve
+/// continues along its tangent for the length of the range, then stays constant.
 /// inputs : {3, 6, 7}, optional
 ///     Numbers in a sample; by default what the other arguments need. With 7 and without
 ///     ``temperature`` the last one is not used.
 /// channels : int, optional
-///     Sensors side by side, all with the same correction; ``None`` is a single one.
+///     Number of sensors, all with the same correction; ``None`` is a single one.
 ///
 /// Raises
 /// ------
@@ -95,9 +95,11 @@ pub struct ImuCorrector {
 
 streaming!(
     ImuCorrector,
-    update: "Takes one sample, returns the corrected one: (3,) to the rate (3,), (6,) and (7,) to rate
+    update: "Process one sample and return the corrected one: (3,) to the rate (3,), (6,) and (7,)
+    to rate
     and force, (3,) each; with channels all have a first axis (k,).",
-    process: "What ``update`` returns for each sample of a batch: (n, 3) to (n, 3), (n, 6) and (n, 7) to
+    process: "What ``update`` returns for each sample of a batch: (n, 3) to (n, 3), (n, 6) and (n,
+    7) to
     two arrays (n, 3), with channels (n, k, 3) and so on; the interpreter lock is released. ``out``
     is for 3 inputs.",
     out
@@ -199,7 +201,7 @@ getters! { ImuCorrector, slf, py, this;
     gyro_bias: Object<'py> = arrays::small(py, &this.shared.bank.correction().gyro_bias);
     /// Bias of the raw accelerometer: (3,).
     accel_bias: Object<'py> = arrays::small(py, &this.shared.bank.correction().accel_bias);
-    /// The gyro's bias over temperature, as it was given; None without.
+    /// The gyro's bias over temperature, as given; None without.
     temperature: Option<Bound<'py, PyDict>> = {
         let Some(curve) = this.shared.bank.correction().temperature else { return Ok(None) };
         let found = PyDict::new(py);
@@ -209,9 +211,9 @@ getters! { ImuCorrector, slf, py, this;
         found.set_item("coefficients", arrays::array(py, coefficients, &[3, 4])?)?;
         Some(found)
     };
-    /// The bias of the raw gyro, as it is taken to be now: (3,), with channels (k, 3).
+    /// The present bias of the raw gyro: (3,), with channels (k, 3).
     bias: Object<'py> = this.shared.arrays(py, this.shared.bank.biases(), &[3])?;
-    /// The last force known, zero before it: (3,), with channels (k, 3).
+    /// The last known force, zero before the first: (3,), with channels (k, 3).
     force: Object<'py> = this.shared.arrays(py, this.shared.bank.forces(), &[3])?;
     /// Numbers in a sample: 3, 6 or 7.
     inputs: usize = this.shared.bank.width();

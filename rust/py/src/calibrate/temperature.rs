@@ -10,34 +10,35 @@ use crate::common::errors::NativeError;
 use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming, text};
 
-/// The bias of a gyro and its change with temperature, learned at rest while samples arrive.
+/// Bias of a gyro and its change with temperature, learned live at rest.
 ///
 /// `update` returns the bias at the current temperature. It is learned from ticks of a quarter of a
 /// second at rest, as a `RestDetector` finds it, and held in motion, where it follows the
 /// temperature. Kalman filters with the states bias and slope and ``H = [1, T - reference]`` differ
-/// in the random walk of the bias and are weighed by their likelihoods; none need be tuned.
+/// in the random walk of the bias and are weighted by their likelihoods; there is nothing to tune.
 ///
-/// A thermometer of whole degrees is averaged over as many ticks as lie between two of its steps. A
-/// rate or a temperature that is not finite is missing: the bias is then held, or learned at the last
-/// temperature. Before the first rest the bias is zero. One object serves one thread at a time.
+/// A thermometer with a resolution of whole degrees is averaged over the ticks between two of its
+/// steps. A rate or a temperature that is not finite is missing: the bias is then held, or learned
+/// at the last temperature. Before the first rest the bias is zero. One object serves one thread at
+/// a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second.
+///     Samples per second.
 /// reference : float, default 25.0
 ///     Temperature of the bias state, degC; without effect once the slope is known.
 /// slope : float, optional
 ///     Prior of the slope, the gyro's unit per kelvin; by default zero, with a standard deviation
 ///     of one sample's noise per kelvin.
 /// slope_sigma : float, optional
-///     Its standard deviation; by default a given slope is exact.
+///     Its standard deviation; by default a stated slope is exact.
 /// walk : float, optional
 ///     Random walk of the bias, unit per root second; by default it is learned.
 /// rest_limit, bias_limit : float, optional
-///     As of `RestDetector`.
+///     As in `RestDetector`.
 /// channels : int, optional
-///     Number of signals side by side; ``None`` is a single one.
+///     Number of signals; ``None`` is a single one.
 ///
 /// Raises
 /// ------
@@ -91,8 +92,8 @@ impl TemperatureFilter {
         Ok(Self::of(channels, bank).map_err(NativeError::from)?)
     }
 
-    /// Takes one sample and its temperature, degC or None, returns the bias: floats to float, with
-    /// channels (k,) and one temperature or (k,) to (k,).
+    /// Process one sample and its temperature, degC or None, and return the bias: floats to float,
+    /// with channels (k,) and one temperature or (k,) to (k,).
     #[pyo3(signature = (z, temperature=None))]
     fn update<'py>(
         slf: &Bound<'py, Self>,
@@ -166,16 +167,16 @@ getters! { TemperatureFilter, slf, py, this;
     bias_sigma: Object<'py> = this.shared.each(py, Core::bias_sigma)?;
     /// Change of the bias per kelvin: float, with channels (k,).
     slope: Object<'py> = this.shared.each(py, Core::slope)?;
-    /// Standard deviation of ``slope``, zero where nothing is known of it yet: float, with channels
+    /// Standard deviation of ``slope``, zero before it is known: float, with channels
     /// (k,).
     slope_sigma: Object<'py> = this.shared.each(py, Core::slope_sigma)?;
     /// True if the gyro rests, and the bias is being learned: bool, with channels (k,).
     at_rest: Object<'py> = this.shared.each(py, Core::at_rest)?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.first().params().rate;
-    /// Temperature that the bias state belongs to, degC.
+    /// Temperature of the bias state, degC.
     reference: f64 = this.first().params().reference;
 }
 

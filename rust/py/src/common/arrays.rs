@@ -420,7 +420,7 @@ pub fn array<'py, T: Element>(
     }
 }
 
-/// The rows of a block (k, n), a row an axis, each without gaps between its samples.
+/// The rows of a block (k, n), one row per axis, each without gaps between its samples.
 pub fn rows<'a, T>(name: &str, block: &'a ArrayView2<'_, T>) -> PyResult<Vec<&'a [T]>> {
     let row = |i: usize| block.row(i).to_slice();
     (0..block.nrows()).map(|i| row(i).ok_or_else(|| gaps(name))).collect()

@@ -97,7 +97,8 @@ impl<S: Stream + Checkpoint + Clone + Send + Sync + 'static> AnyBank for Bank<S>
 
 /// A bank whose streams take a flag of the body's motion.
 pub trait MotionBank: AnyBank {
-    /// Takes rows, at the end of each of which the body is known to move, or nothing is known of it.
+    /// Takes rows, at the end of each of which the body is known to move, or nothing is known of
+    /// it.
     fn process_while(
         &mut self,
         rows: &[f64],
@@ -631,25 +632,25 @@ macro_rules! streaming {
     (@state $class:ident) => {
         #[pymethods]
         impl $class {
-            /// Back to before the first sample, with the same parameters.
+            /// Reset to the state before the first sample, with the same parameters.
             fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
                 $crate::common::streaming::exclusive(slf)?.shared.bank.reset();
                 Ok(())
             }
 
-            /// Parameters and state as bytes, with versions and a checksum.
+            /// Return parameters and state as bytes, with versions and a checksum.
             fn to_bytes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyBytes>> {
                 $crate::common::streaming::reading(slf)?.shared.save(slf.py())
             }
 
-            /// The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
-            /// if the bytes are not one.
+            /// Return the object saved by ``to_bytes``; it continues with identical results.
+            /// ValueError if the bytes are not such an object.
             #[staticmethod]
             fn from_bytes(b: &[u8]) -> PyResult<Self> {
                 Ok(Self::restored(b).map_err($crate::common::errors::NativeError::from)?)
             }
 
-            /// An independent object in the same state.
+            /// Return an independent object in the same state.
             fn copy(slf: &Bound<'_, Self>) -> PyResult<Self> {
                 Self::from_bytes(Self::to_bytes(slf)?.as_bytes())
             }

@@ -240,7 +240,7 @@ pub struct NotedRow<'a> {
     pub stuck: &'a mut [bool],
 }
 
-/// Filters these samples of a row an axis into another.
+/// Filters these samples of one row per axis into another.
 pub fn process_rows(
     bank: &mut dyn DriftBank,
     samples: Range<usize>,

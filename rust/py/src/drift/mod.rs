@@ -30,10 +30,10 @@ use crate::common::work::in_pieces;
 /// at rest, holds it in motion, and returns each sample minus the bias. It removes the slowly
 /// changing bias and does not smooth: the noise of the samples stays.
 ///
-/// The other methods are for research. ``"kf"``, ``"akf"`` and ``"fading"`` are those of Fu & Han 2019
-/// (equations 8 to 31), ``"robust"`` is that of Wu & Ran 2021. Unless ``motion="hold"`` they treat
-/// every sample as rest: they follow motion, and the compensated rate lacks it. Their
-/// ``process_noise`` has to suit the sensor.
+/// The other methods are for research. ``"kf"``, ``"akf"`` and ``"fading"`` are those of Fu & Han
+/// 2019 (equations 8 to 31), ``"robust"`` is that of Wu & Ran 2021. Unless ``motion="hold"`` they
+/// treat every sample as rest: they follow motion, and the compensated rate lacks it. Their
+/// ``process_noise`` must suit the sensor.
 ///
 /// Samples and results are in one unit, whichever it is. In the first second the bias is the mean
 /// to date, so keep the sensor still. Without ``rest_limit`` a motion from the very start can be
@@ -44,11 +44,11 @@ use crate::common::work::in_pieces;
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second.
+///     Samples per second.
 /// method : {"auto", "kf", "akf", "fading", "robust"}, default "auto"
-///     ``"auto"`` tunes itself. ``"kf"`` is a Kalman filter of an ARMA model; ``"akf"`` also adapts
-///     the measurement noise R with equal weights; ``"fading"`` adapts R with fading memory, and the
-///     process noise G. ``"robust"`` is ``"akf"`` with zones that leave outliers out.
+/// ``"auto"`` tunes itself. ``"kf"`` is a Kalman filter of an ARMA model; ``"akf"`` also adapts the
+/// measurement noise R with equal weights; ``"fading"`` adapts R with fading memory, and the
+/// process noise G. ``"robust"`` is ``"akf"`` with zones that reject outliers.
 /// channels : int, optional
 ///     Number k of axes side by side; None is a single one. With it ``update`` takes k samples, and
 ///     each property has k values.
@@ -61,8 +61,8 @@ use crate::common::work::in_pieces;
 ///     treats every sample as rest. Default: ``"hold"`` for ``"auto"``, ``"ignore"`` for the
 ///     others.
 /// limit : float, optional
-///     End of the sensor's range, in the samples' unit: a sample of this size or beyond is saturated,
-///     and missing.
+/// End of the sensor's range, in the samples' unit: a sample of this size or more is saturated and
+/// counts as missing.
 /// rest_limit : float, optional
 ///     Only ``"auto"``: a sensor whose samples scatter by more than this within a quarter second is
 ///     not at rest; 10 deg/s, in the samples' unit, suits MEMS gyros. With it a record may begin in
@@ -142,32 +142,32 @@ pub struct DriftFilter {
 
 streaming!(
     DriftFilter,
-    update: "Takes one sample and returns what ``output`` says at once, the compensated rate unless
-    asked otherwise: float to float, with channels (k,) to (k,), in the unit of the sample.
+    update: "Process one sample and return the output, by default the compensated rate: float to
+    float, with channels (k,) to (k,), in the unit of the sample.
 
-    None or NaN is a missing sample: NaN is returned, or the estimate. ``moving`` says that the body
-    is known to move, as a ``MotionDetector`` tells from its accelerometer: what the gyro gives is
-    then no bias, however still it stands.",
-    process: "Filters a batch, equal to the last bit to ``update`` sample by sample.
+    None or NaN is a missing sample: NaN is returned, or the estimate. ``moving`` states that the
+    body moves, as a ``MotionDetector`` finds from an accelerometer: the rate is then no bias,
+    however steady.",
+    process: "Filter a batch, with results identical to ``update`` sample by sample.
 
     Parameters
     ----------
     z : array_like, shape (n,), with channels (n, k)
-        Samples; those not finite are missing. A float64 array in C order is read where it
-        stands: do not write into it from another thread meanwhile.
+        Samples; those not finite are missing. A float64 array in C order is not copied: do not
+        write to it from another thread meanwhile.
     out : ndarray, optional
         A float64 array of the same shape for the result; may be ``z`` itself.
     threads : int, optional
-        Threads over which several channels may be spread: as far as they do not share a vector
-        register, and as it pays. The result does not depend on it.
+        Largest number of threads for several channels, as far as these do not share a vector
+        register and threads pay. Results do not depend on it.
     moving : array_like of bool, shape (n,), optional
-        Where the body is known to move, as a ``MotionDetector`` tells from its accelerometer; one
-        thread does it then. Only with a filter that holds in motion.
+        True where the body moves, as a ``MotionDetector`` finds from an accelerometer; a single
+        thread is then used. Only with a filter that holds in motion.
 
     Returns
     -------
     ndarray, float64, shape of ``z``
-        What ``output`` says, the compensated rate unless asked otherwise, in the unit of ``z``.
+        The output, by default the compensated rate, in the unit of ``z``.
         The interpreter lock is released meanwhile.",
     moving
 );
@@ -186,24 +186,21 @@ impl DriftFilter {
         Ok(Self { options, shared: Shared::new(channels, bank).map_err(NativeError::from)? })
     }
 
-    /// A filter that is ready at its first sample because its signal is known already.
+    /// Return a filter with a known model of the signal, ready at its first sample.
     ///
-    /// ``ArmaModel.to_filter`` makes such filters from a record. R and the weight of Sage-Husa
-    /// stand as if ``startup`` seconds had been spent; ``process_noise`` and ``scale`` of the
-    /// parameters are not used. The method is always asked for by name: ``"auto"`` learns its own
-    /// start.
+    /// ``ArmaModel.to_filter`` makes such filters from a record. R and the weight of Sage-Husa are
+    /// as after ``startup`` seconds; ``process_noise`` and ``scale`` of the parameters are not
+    /// used. The method must be named: ``"auto"`` learns its own start.
     ///
     /// Parameters
     /// ----------
     /// start : dict
-    ///     With channels every array has a first axis (k,). ``offset`` and ``scale``, the mean and
-    ///     deviation of the signal; ``coefficients`` [φ…, θ…, c], (p + q + 1,); ``covariance`` of
-    ///     [φ…, θ…, c / scale] over the noise variance, samples being centred and scaled,
-    ///     (p + q + 1, p + q + 1); variances ``measurement_noise`` R and ``process_noise`` G₀₀;
-    ///     ``state_covariance`` P before the first sample, (p + 1, p + 1).
-    /// **params
-    ///     Those of ``DriftFilter``, with a ``method`` among ``"kf"``, ``"akf"``, ``"fading"`` and
-    ///     ``"robust"``.
+    /// With channels every array has a first axis (k,). ``offset`` and ``scale``, the mean and
+    /// deviation of the signal; ``coefficients`` [φ…, θ…, c], (p + q + 1,); ``covariance`` of [φ…,
+    /// θ…, c / scale] over the noise variance, samples being centred and scaled, (p + q + 1, p + q
+    /// + 1); variances ``measurement_noise`` R and ``process_noise`` G₀₀; ``state_covariance`` P
+    /// before the first sample, (p + 1, p + 1). **params Arguments of ``DriftFilter``, with a
+    /// ``method`` among ``"kf"``, ``"akf"``, ``"fading"`` and ``"robust"``.
     ///
     /// Raises
     /// ------
@@ -222,7 +219,7 @@ impl DriftFilter {
         Ok(Self { options: plain.options, shared })
     }
 
-    /// ``process`` for a replay: a row an axis in, (k, n), the drift out, and, if asked for,
+    /// ``process`` for a replay: one row per axis in, (k, n), the drift out, and, if asked for,
     /// what the trace says of its deviation, of rest and of a stuck sensor; ``moving`` is that of
     /// ``process``, and needs what is noted. The interpreter lock is released.
     #[pyo3(signature = (z, out, noted=None, moving=None))]
@@ -257,7 +254,8 @@ impl DriftFilter {
         )
     }
 
-    /// Like ``process``, but returns a ``zerorate.tasks.Trace``: all that the filter knew after each sample.
+    /// Like ``process``, but returns a ``zerorate.tasks.Trace``: all that the filter knew after
+    /// each sample.
     #[pyo3(signature = (z, moving=None))]
     fn trace(
         slf: &Bound<'_, Self>,
@@ -285,8 +283,8 @@ impl DriftFilter {
         Ok(rules::function(py, Rule::Trace)?.call((), Some(&named))?.unbind())
     }
 
-    /// Forgets the bias, but not what was learned about the noise: for a sensor that was switched
-    /// off and on, whose bias is another one and whose noise is not.
+    /// Forget the bias and keep the noise: for a sensor that was switched off and on, which has a
+    /// new bias and the same noise.
     ///
     /// Raises
     /// ------
@@ -304,14 +302,14 @@ impl DriftFilter {
     }
 
     /// Standard deviation of the mean bias over the next ``seconds`` about ``bias``: the heading
-    /// is off by ``seconds`` times this. Of ``"auto"`` only.
+    /// error is ``seconds`` times this. Only with ``"auto"``.
     ///
     /// Parameters
     /// ----------
     /// seconds : float
-    ///     Span from now on. 10 gives ``bias_sigma``, but in motion is up to two seconds newer; 0 is
-    ///     the bias at this instant, with flicker too fast to be seen, whose size is assumed: for
-    ///     drift without flicker that is up to twice too wide.
+    /// Span from now on. 10 gives ``bias_sigma``, in motion up to two seconds newer. 0 is the bias
+    /// at this instant, including unobservable fast flicker of assumed size: for drift without
+    /// flicker it is up to twice too large.
     ///
     /// Returns
     /// -------
@@ -343,10 +341,10 @@ impl DriftFilter {
 
     /// Status of the filter, with channels a list of k: ``"starting"`` (the bias is the mean to
     /// date), ``"at rest"`` (it learns), ``"provisional"`` (it learns from apparent rest that may
-    /// be motion, since nothing louder has been seen yet), ``"in motion"`` (it holds the bias),
-    /// ``"no rest yet"`` (the sensor moved before anything was learned; the bias is 0), ``"starting
-    /// anew"`` (the noise learned at the start was wrong by many orders) or ``"stuck"`` (the sensor
-    /// repeats one sample for longer than chance does; it holds the bias).
+    /// be motion), ``"in motion"`` (it holds the bias), ``"no rest yet"`` (the sensor moved before
+    /// anything was learned; the bias is 0), ``"starting anew"`` (the initial noise was wrong by
+    /// orders of magnitude) or ``"stuck"`` (the sensor repeats one sample for longer than chance
+    /// does; it holds the bias).
     #[getter]
     fn status<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
@@ -359,16 +357,16 @@ impl DriftFilter {
 }
 
 getters! { DriftFilter, slf, py, this;
-    /// Density of the white noise as learned, unit of the samples over root Hz: float, with channels
-    /// (k,). For ``"auto"`` of noise slower than a quarter second, for the others from R. NaN until
-    /// it is known.
+    /// Learned density of the white noise, unit of the samples over root Hz: float, with
+    /// channels (k,). For ``"auto"`` of noise slower than a quarter second, for the others from R.
+    /// NaN until it is known.
     angle_random_walk: Object<'py> = this.each(py, |filter| filter.densities()[0])?;
-    /// Random walk of the bias in a root second as learned by ``"auto"``, unit of the samples:
+    /// Random walk of the bias per root second learned by ``"auto"``, unit of the samples:
     /// float, with channels (k,). NaN until it is known, and for the other methods.
     rate_random_walk: Object<'py> = this.each(py, |filter| filter.densities()[1])?;
-    /// Bias instability B as learned by ``"auto"`` from flicker of the two-sided density B²/(2πf), unit
-    /// of the samples: float, with channels (k,). An upper bound where there is no flicker; NaN until
-    /// it is known, and for the other methods.
+    /// Bias instability B learned by ``"auto"``, of flicker with the two-sided density B²/(2πf),
+    /// unit of the samples: float, with channels (k,). Without flicker it is an upper bound; NaN
+    /// until it is known, and for other methods.
     bias_instability: Object<'py> = this.each(py, |filter| filter.bias_instability())?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.shared.bank.filter(0).samples_seen();
@@ -378,21 +376,21 @@ getters! { DriftFilter, slf, py, this;
     /// Number of runs of outliers of ``"robust"`` so long that they were accepted as a step of the
     /// signal: int, with channels (k,).
     exit_count: Object<'py> = this.each(py, |filter| filter.exit_count())?;
-    /// Number of restarts after the scale learned at the start was wrong by many orders, upon which
-    /// noise and drift were learned again: int, with channels (k,).
+    /// Number of times that noise and drift were learned again because the initial scale was wrong
+    /// by orders of magnitude: int, with channels (k,).
     restart_count: Object<'py> = this.each(py, |filter| filter.restarts())?;
     /// Samples at or beyond ``limit`` to date: int, with channels (k,).
     saturated_count: Object<'py> = this.each(py, |filter| filter.tally().saturated)?;
-    /// Samples to date that were left out as outliers, counted a quarter second at a time, by
-    /// ``"robust"`` at once: int, with channels (k,). Zero for a published method that looks for none.
+    /// Number of rejected outliers to date, updated every quarter second, by ``"robust"`` at each
+    /// sample: int, with channels (k,). Zero for methods without rejection.
     outlier_count: Object<'py> = this.each(py, |filter| filter.tally().outliers)?;
-    /// Samples to date that a stuck sensor gave, counted a quarter second at a time: int, with
+    /// Number of samples of a stuck sensor to date, updated every quarter second: int, with
     /// channels (k,). Zero for a published method that neither rejects outliers nor holds in
     /// motion.
     stuck_count: Object<'py> = this.each(py, |filter| filter.tally().stuck)?;
-    /// The start-up is over: bool, with channels (k,).
+    /// True after the start-up: bool, with channels (k,).
     ready: Object<'py> = this.each(py, |filter| filter.ready())?;
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.options.params.rate;
     /// Orders (p, q) of the model; None for ``"auto"``, which has no ARMA model.
     order: Option<(usize, usize)> = {
@@ -401,9 +399,9 @@ getters! { DriftFilter, slf, py, this;
     };
     /// ``"kf"``, ``"akf"``, ``"fading"``, ``"robust"`` or ``"auto"``.
     method: &'static str = this.options.method_name();
-    /// Start given to ``DriftFilter.started``, None for a filter that learns it from its start-up.
+    /// Start of ``DriftFilter.started``; None for a filter that learns it in its start-up.
     start: Option<Bound<'py, PyDict>> = start::write(py, &this.shared)?;
-    /// Every argument that makes such a filter again: ``DriftFilter(**f.params)``, or
+    /// Arguments that create an equal filter: ``DriftFilter(**f.params)``, or
     /// ``DriftFilter.started(f.start, **f.params)`` for one that was started.
     params: Bound<'py, PyDict> = options::write(py, &this.options, this.shared.channels)?;
 }

@@ -22,43 +22,45 @@ macro_rules! readings {
 }
 
 readings! { DriftFilter;
-    /// Estimate after the last sample, in the samples' unit: float, with channels (k,). What ``update``
-    /// returns with ``output="estimate"``; for ``"auto"`` it is ``bias``.
+    /// Estimate after the last sample, in the samples' unit: float, with channels (k,). What
+    /// ``update`` returns with ``output="estimate"``; for ``"auto"`` it is ``bias``.
     estimate;
-    /// The last sample minus its prediction, in the samples' unit, zero if it was missing: float, with
-    /// channels (k,).
+    /// The last sample minus its prediction, in the samples' unit, zero if it was missing: float,
+    /// with channels (k,).
     innovation;
-    /// Variance that the filter expected of the innovation, samples' unit squared: float, with
+    /// Predicted variance of the innovation, samples' unit squared: float, with
     /// channels (k,).
     innovation_variance;
-    /// Bias that the compensated rate is free of, in the samples' unit: float, with channels (k,).
+    /// Bias subtracted in the compensated rate, in the samples' unit: float, with channels (k,).
     /// Learned at rest and held in motion; in the first second the mean to date, 0 before the first
     /// sample.
     bias;
-    /// Standard deviation in the samples' unit: float, with channels (k,). Of ``"auto"`` that of the
-    /// mean bias over the next 10 s about ``bias`` (``bias_sigma_over`` gives other spans), renewed
-    /// every two seconds, and as large as the samples while little is known; of the other methods
-    /// that of the bias as their model has it. 0 before the first sample, when nothing is known.
+    /// Standard deviation in the samples' unit: float, with channels (k,). For ``"auto"`` it is
+    /// that of the mean bias over the next 10 s about ``bias`` (other spans: ``bias_sigma_over``),
+    /// updated every two seconds, and as large as the samples while little is known; for other
+    /// methods it is their model's. 0 before the first sample.
     bias_sigma;
-    /// The filter learns, since the sensor is not seen to move: bool, with channels (k,). True from
-    /// the first sample on unless ``rest_limit`` is given, since the start counts as rest until
-    /// motion is seen (``status`` tells), and always with ``motion="ignore"``.
+    /// True while the filter learns because no motion is detected: bool, with channels (k,).
+    /// Without ``rest_limit`` the start counts as rest until motion is detected (see ``status``);
+    /// with ``motion="ignore"`` it is always True.
     at_rest;
-    /// The last sample was at or beyond ``limit``: bool, with channels (k,).
+    /// True if the last sample was at or beyond ``limit``: bool, with channels (k,).
     saturated;
-    /// The sensor gives the same sample for longer than chance does: bool, with channels (k,).
+    /// True if the sensor repeats one sample for longer than chance explains: bool, with channels
+    /// (k,).
     stuck;
-    /// Measurement noise variance R, samples' unit squared: float, with channels (k,). For ``"auto"``
-    /// the variance of a sample about the bias.
+    /// Measurement noise variance R, samples' unit squared: float, with channels (k,). For
+    /// ``"auto"`` the variance of a sample about the bias.
     measurement_noise;
-    /// Kalman gain: (p + 1,), with channels (k, p + 1). For ``"auto"``, whose state is the bias alone,
-    /// p is 0.
+    /// Kalman gain: (p + 1,), with channels (k, p + 1). For ``"auto"``, whose state is the bias
+    /// alone, p is 0.
     gain;
     /// Process noise covariance G of a sample, samples' unit squared: (p + 1, p + 1), with channels
-    /// (k, p + 1, p + 1). For ``"auto"`` (1, 1): variance of the bias's random step from one sample to the next.
+    /// (k, p + 1, p + 1). For ``"auto"`` (1, 1): variance of the bias's random step from one sample
+    /// to the next.
     process_noise;
-    /// Model ``[φ…, θ…, c]``, c in the samples' unit: (p + q + 1,), with channels (k, p + q + 1). For
-    /// ``"auto"``, which has no ARMA model, [1].
+    /// Model ``[φ…, θ…, c]``, c in the samples' unit: (p + q + 1,), with channels (k, p + q + 1).
+    /// For ``"auto"``, which has no ARMA model, [1].
     coefficients;
     /// State covariance P, samples' unit squared: (p + 1, p + 1), with channels (k, p + 1, p + 1).
     /// For ``"auto"`` (1, 1).

@@ -11,16 +11,14 @@ use crate::common::errors::{NativeError, about};
 use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming, text};
 
-/// Position of a sensor on a foot, while its samples arrive: no receiver, but now and then it
-/// stands.
+/// Position of a sensor on a foot, live and without a receiver, from the foot's stances.
 ///
-/// The live form of `FootNavigation`: the same filter, stances as valleys of the same speed bound, seen
-/// from the 1.5 s before, and the rates that it learns from rests. The outputs are those of the
-/// sample ``delay`` seconds ago, about 0.05 s, or 0.1 s with a stated range, since the bound needs
-/// samples on both sides. The frame is that of the start: x level along the sensor's first axis, y to
-/// the left, z up. A start at rest is repeated with each better rest, another start in the deepest
-/// valley of the bound in 1.5 s. There is no output before a rest has lasted half a second or that
-/// valley has ended.
+/// The live form of `FootNavigation`: the same filter, with stances from minima of the same speed
+/// bound within the last 1.5 s. Outputs are those of the sample ``delay`` seconds ago, about 0.05
+/// s, or 0.1 s with a stated range, since the bound needs samples on both sides. The frame is that
+/// of the start: x level along the sensor's first axis, y to the left, z up. The filter starts at
+/// rest, again with each better rest, or else in the deepest minimum of the bound within 1.5 s.
+/// There is no output before a rest has lasted half a second or this minimum has ended.
 ///
 /// A sample that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the last one replaces it
 /// for a tenth of a second, then the standard deviations grow. Give NaN for lost samples, since
@@ -30,15 +28,15 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second, 48 to 1200.
+///     Samples per second, 48 to 1200.
 /// floor : {None, "level"}
-///     "level": a stance within 0.1 m of the last height has that height.
+///     "level": a stance within 0.1 m of the previous height has that height.
 /// gyro_range : float, optional
-///     Range of the gyro by its data sheet, rad/s; by default it is found from the samples to date,
-///     where the flanks of peaks exceed them. Faster rates are restored from their flanks, as far as
-///     these arrive within ``delay``, and trusted less.
+/// Range of the gyro by its data sheet, rad/s; by default it is found from clipped peaks to date.
+/// Clipped rates are restored from their flanks, as far as these arrive within ``delay``, with a
+/// larger standard deviation.
 /// channels : int, optional
-///     Feet side by side; ``None`` is a single one.
+///     Number of feet; ``None`` is a single one.
 ///
 /// Raises
 /// ------
@@ -87,8 +85,8 @@ impl FootFilter {
         Ok(Self::of(channels, bank).map_err(NativeError::from)?)
     }
 
-    /// Takes rates, rad/s, and forces, m/s^2, (3,) each; returns where the foot was ``delay`` seconds
-    /// ago, m, (3,), NaN where that is not known; with channels (k, 3) and (k, 3) to (k, 3).
+    /// Process rates, rad/s, and forces, m/s^2, (3,) each, and return the position ``delay``
+    /// seconds ago, m, (3,), NaN if unknown; with channels (k, 3) and (k, 3) to (k, 3).
     fn update<'py>(
         slf: &Bound<'py, Self>,
         gyro: &Bound<'py, PyAny>,
@@ -171,33 +169,32 @@ getters! { FootFilter, slf, py, this;
     gyro_bias: Object<'py> = this.vectors(py, Core::gyro_bias)?;
     /// Bias of the accelerometer, m/s^2: (3,).
     accel_bias: Object<'py> = this.vectors(py, Core::accel_bias)?;
-    /// Standard deviations of position, velocity, orientation and biases, as of `FootTrack`; NaN where
-    /// nothing is known: (15,).
+    /// Standard deviations of position, velocity, orientation and biases, as in `FootTrack`; NaN
+    /// where unknown: (15,).
     sigma: Object<'py> = this.vectors(py, Core::sigma)?;
     /// True if the foot stands, as of the last step of the covariance, 0.02 s apart: bool.
     standing: Object<'py> = this.shared.each(py, Core::is_standing)?;
-    /// True if it has stood still for half a second, from which the gyro's bias is learned: bool.
+    /// True if the foot has stood for half a second, so that the gyro's bias is learned: bool.
     at_rest: Object<'py> = this.shared.each(py, Core::is_at_rest)?;
-    /// The speed bound of which stances are the valleys, m/s; NaN before it is known.
+    /// The speed bound, whose minima are the stances, m/s; NaN before it is known.
     bound: Object<'py> = this.shared.each(py, Core::bound)?;
     /// Stances to date.
     stance_count: Object<'py> = this.shared.each(py, Core::stances)?;
-    /// The largest rate about an axis to date, rad/s. While it is below 1.75, 100 deg/s, this is no
-    /// foot that walks: a machine that drives smoothly counts as standing, and its way is not
-    /// found.
+    /// The largest rate about an axis to date, rad/s. Below 1.75 (100 deg/s) this is not a walking
+    /// foot: a smoothly driving machine counts as standing, and its track is missed.
     fastest: Object<'py> = this.shared.each(py, Core::fastest)?;
-    /// Moments of stances that the filter did not believe since it began.
+    /// Number of rejected zero velocities since the start.
     rejection_count: Object<'py> = this.shared.each(py, Core::rejections)?;
-    /// The share of the time of the last six swings that passes for a foot's, 0 to 1; NaN before there are
-    /// as many. Below 0.5 it is on no foot: a wrist, a hand or a pocket.
+    /// Share of the time of the last six swings that looks like a foot's, 0 to 1; NaN before six
+    /// swings. Below 0.5 the sensor is not on a foot but on a wrist, in a hand or in a pocket.
     foot_share: Object<'py> = this.shared.each(py, Core::foot_share)?;
-    /// How often its level was wrong, and it began again where it was, with the heading hardly known.
+    /// Number of restarts in place after a wrong level; the heading is then hardly known.
     relevel_count: Object<'py> = this.shared.each(py, Core::relevelled)?;
     /// Samples to date, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
     /// Delay of the outputs behind the last sample, s.
     delay: f64 = this.first().delay();
-    /// Samples a second.
+    /// Samples per second.
     rate: f64 = this.first().params().rate;
 }
 

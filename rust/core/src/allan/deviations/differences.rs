@@ -9,7 +9,7 @@ use crate::work;
 /// Terms of one factor before the next has its turn: its points stay in the nearest cache.
 const BLOCK: usize = 1024;
 
-/// Factors that take turns on a block.
+/// Number of factors processed alternately on a block.
 pub const GROUP: usize = 4;
 
 /// Sums of all squared differences of K points, 3 for Allan and 4 for Hadamard, at each factor.
@@ -118,8 +118,8 @@ fn points_after<'a>(
     block
 }
 
-/// Theo1: sums of the weighted second differences about the middle of every window of m points, over
-/// all distances from the middle, at each factor.
+/// Theo1: sums of the weighted second differences about the middle of every window of m points,
+/// over all distances from the middle, at each factor.
 pub fn theo1(record: &Record, factors: &[usize]) -> Vec<f64> {
     factors.iter().map(|m| theo1_at(record, *m)).collect()
 }

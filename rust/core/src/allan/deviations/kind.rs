@@ -49,17 +49,18 @@ impl Kind {
         (Self::Pdev, "pdev"),
     ];
 
-    /// The kind that a name stands for.
+    /// The kind with this name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::NAMES.iter().find(|(_, known)| *known == name).map(|(kind, _)| *kind)
     }
 
-    /// True if it takes third differences, which a ramp of the rate leaves alone.
+    /// True if it uses third differences, which a ramp of the rate does not affect.
     pub fn is_hadamard(self) -> bool {
         matches!(self, Self::Hdev | Self::Ohdev | Self::Htotdev)
     }
 
-    /// Fewest samples without a gap that give a term at averaging factor `m`, if any number does.
+    /// Least number of samples without a gap for a term at averaging factor `m`, if any number
+    /// suffices.
     pub fn needs(self, m: usize) -> Option<usize> {
         let samples = match self {
             Self::Adev | Self::Oadev | Self::Pdev => m.checked_mul(2),
@@ -113,7 +114,7 @@ impl Kind {
         }
     }
 
-    /// Sums of all terms of a record, one a factor; of a factor without a term, any number.
+    /// Sums of all terms of a record, one for each factor; undefined for a factor without a term.
     pub(super) fn sums(self, record: &Record, factors: &[usize]) -> Vec<f64> {
         match self {
             Self::Adev => differences::separate::<3>(record, factors),
@@ -129,7 +130,7 @@ impl Kind {
         }
     }
 
-    /// The deviation that the mean of the terms at `m` stands for.
+    /// The deviation for a mean of the terms at `m`.
     pub(super) fn deviation(self, mean: f64, m: usize) -> f64 {
         let m = m as f64;
         match self {

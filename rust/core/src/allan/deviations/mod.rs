@@ -13,12 +13,12 @@ use crate::math::parallel;
 pub use self::kind::Kind;
 pub use self::record::Record;
 
-/// A deviation and the number of terms that it is the root mean square of.
+/// A deviation and the number of its terms.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// In the unit of the samples.
     pub deviation: f64,
-    /// Overlapping terms count each.
+    /// Number of terms, overlapping ones included.
     pub terms: usize,
 }
 
@@ -27,8 +27,8 @@ pub struct Estimate {
 pub struct Curve {
     /// `None` where there is no term.
     pub estimates: Vec<Option<Estimate>>,
-    /// α of the rate's power spectral density ~ f^α, from 2 (white phase) to -4; where it cannot be
-    /// identified, that of the factor before, at first 0 (white rate).
+    /// α of the rate's power spectral density ~ f^α, from 2 (white phase) to -4; if it cannot be
+    /// identified, that of the previous factor, or 0 (white rate) at the first.
     pub exponents: Vec<i32>,
 }
 

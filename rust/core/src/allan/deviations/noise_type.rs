@@ -15,7 +15,7 @@ const MAX_AVERAGES: usize = 1 << 11;
 const MIN_CORRELATION_AVERAGES: usize = 30;
 const MIN_AVERAGES: usize = 4;
 
-/// The exponent α of averages over `m` samples, at least `lowest`; `None` of too few of them.
+/// The exponent α of averages over `m` samples, at least `lowest`; `None` for too few of them.
 pub fn exponent(record: &Record, m: usize, lowest: i32) -> Option<i32> {
     let x = record.longest_segment();
     let count = (x.len().saturating_sub(1) / m).min(MAX_AVERAGES);

@@ -61,7 +61,7 @@ impl Record {
         self.segments().max_by_key(|x| x.len()).unwrap_or_default()
     }
 
-    /// The factor that brings a deviation of the phase back to the unit of the samples.
+    /// Factor from a deviation of the phase to the unit of the samples.
     pub(super) fn unit(&self) -> f64 {
         self.unit
     }

@@ -14,10 +14,10 @@ use crate::stream::checkpoint::{Checkpoint, decode};
 
 /// Fully overlapping Allan and Hadamard variances at `m = 1, 2, 4, …, 2^(octaves-1)` samples.
 ///
-/// They equal those of the whole record: a difference is taken at every sample, which needs the
-/// phases of the last three times the longest averaging time. So there is a ring of `2^(octaves+1)`
-/// phases, reserved once. Variances that overlap in part only would do with a few numbers an octave,
-/// but with fewer terms.
+/// They equal those of the whole record: a difference at every sample needs the phases of the last
+/// three times the longest averaging time, kept in a ring of `2^(octaves+1)` phases that is
+/// reserved once. Partly overlapping variances would need a few numbers per octave, but have fewer
+/// terms.
 ///
 /// A sample that is not finite is missing, and every term that would need it is left out.
 ///
@@ -39,7 +39,7 @@ impl StreamingAllan {
     /// The most octaves: 8 million samples, 256 MiB.
     pub const MAX_OCTAVES: usize = 24;
 
-    /// An estimator for `rate` samples a second, which scales the averaging times alone.
+    /// An estimator for `rate` samples per second; the rate scales only the averaging times.
     ///
     /// # Errors
     /// [`Error::Parameter`] for the rate, or octaves out of 1 to
@@ -93,7 +93,7 @@ impl StreamingAllan {
         differences
     }
 
-    /// Samples a second.
+    /// Samples per second.
     pub fn rate(&self) -> f64 {
         self.rate
     }

@@ -1,5 +1,5 @@
-//! Standard deviation of a heading that a magnetometer holds: fields of rooms and iron of the body do
-//! not average out as white noise does.
+//! Standard deviation of a heading that a magnetometer holds: fields of rooms and iron of the body
+//! do not average out as white noise does.
 
 use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -58,7 +58,7 @@ pub struct Deviation {
 }
 
 impl Deviation {
-    /// Of a heading of this variance.
+    /// Deviation of a heading with this variance.
     pub fn new(heading: f64) -> Self {
         Self {
             white: 0.0,
@@ -76,7 +76,8 @@ impl Deviation {
         (self.own + heading - self.known).max(0.0)
     }
 
-    /// Takes a correction of the heading, its variance before and after, and the strength of the field.
+    /// Process a correction of the heading, its variance before and after, and the strength of the
+    /// field.
     pub fn correct(&mut self, by: &Correction, before: f64, after: f64, strength: f64) {
         let (gain, rest) = (by.gain, 1.0 - by.gain);
         self.white = rest * rest * self.white + gain * gain * by.noise;
@@ -93,13 +94,13 @@ impl Deviation {
         self.shares += (east - self.shares) * gain;
     }
 
-    /// Forgets what the heading was made of: it has this variance now.
+    /// Restart with this variance of the heading.
     pub fn restart(&mut self, heading: f64) {
         let Self { field_variance, .. } = *self;
         *self = Self { field_variance, ..Self::new(heading) };
     }
 
-    /// The variance of the heading, of which the filter says this one.
+    /// The variance of the heading, given the filter's own.
     pub fn variance(&self, heading: f64, iron: &Iron) -> f64 {
         let (iron, unsure) = iron.of_heading(&self.shares);
         let seen = MIN_DEVIATION_RAD * MIN_DEVIATION_RAD

@@ -1,10 +1,11 @@
 //! The default filter: a Kalman filter that also learns the gyro's scale and misalignment from
 //! gravity, and lets a magnetometer touch the heading only.
 //!
-//! Each sample is integrated. Ticks of a tenth of a second correct: the velocity that the force makes
-//! in a frame that the gyro holds level stays near zero, or the tilt is wrong, or bias and matrix of
-//! the gyro that have turned it. After D. Laidig and T. Seel (VQF, *Information Fusion* 91, 2023)
-//! in what a frame of the gyro's own is good for; the errors of the gyro as states are our own.
+//! Each sample is integrated. Ticks of a tenth of a second correct: the velocity that the force
+//! makes in a frame that the gyro holds level stays near zero, or the tilt is wrong, or bias and
+//! matrix of the gyro that have turned it. After D. Laidig and T. Seel (VQF, *Information Fusion*
+//! 91, 2023) in what a frame of the gyro's own is good for; the errors of the gyro as states are
+//! our own.
 
 mod deviation;
 mod drift;
@@ -60,8 +61,8 @@ const DEGREE: f64 = core::f64::consts::PI / 180.0;
 /// Noise of the angle, rad/√s, and what of every turn accelerometer and mounting leave, rad/√rad.
 const ANGLE_NOISE: f64 = 0.01 * DEGREE;
 const TURN_NOISE: f64 = 0.003;
-/// Random walk of the bias, rad/s/√s, how far it is followed, and its spread at the start, rad/s: so
-/// that motion tells a large one, and an ordinary one is not lost in it.
+/// Random walk of the bias, rad/s/√s, how far it is followed, and its spread at the start, rad/s:
+/// so that motion tells a large one, and an ordinary one is not lost in it.
 const BIAS_WALK: f64 = 0.01 * DEGREE;
 const MAX_FOLLOWED_BIAS_RAD_S: f64 = 0.5 * DEGREE;
 const BIAS_SIGMA: f64 = DEGREE;
@@ -70,7 +71,8 @@ const BIAS_LIMIT: f64 = 10.0 * DEGREE;
 /// Bias error that a wrong tilt suggests, rad/s: more finds a jump sooner, and mistakes a car's
 /// long accelerations for one.
 const RECOVERY_BIAS_SIGMA_RAD_S: f64 = 0.15 * DEGREE;
-/// Rate about level axes of a body that leans as much as gravity needs to show all of the bias, rad/s.
+/// Rate about level axes of a body that leans as much as gravity needs to show all of the bias,
+/// rad/s.
 const LEANING_RATE_RAD_S: f64 = 20.0 * DEGREE;
 /// Random walk of the matrix' elements, 1/√s, and their spread on the diagonal and off it.
 const MATRIX_WALK: f64 = 1e-5;
@@ -147,8 +149,8 @@ pub struct Auto {
     events: Events,
 }
 
-/// Up in the axes of the sensor, the share of the bias along it that is hidden, and the variances of
-/// that and of the heading before a correction.
+/// Up in the axes of the sensor, the share of the bias along it that is hidden, and the variances
+/// of that and of the heading before a correction.
 struct Hidden {
     up: Vector3<f64>,
     share: f64,
@@ -168,7 +170,7 @@ pub struct Ticked {
 }
 
 impl Auto {
-    /// A filter that has seen nothing.
+    /// A filter before its first sample.
     ///
     /// # Errors
     /// [`Error::Parameter`] if an option is out of its range.
@@ -294,7 +296,8 @@ impl Auto {
         self.unit.observe(&rate, &force, direction.as_ref(), sums.elapsed);
     }
 
-    /// True if a tick has a field, and not that of a magnetometer that is held while the body turns.
+    /// True if a tick has a field, and not that of a magnetometer that is held while the body
+    /// turns.
     #[inline(always)]
     fn has_news(&mut self, sums: &Sums) -> bool {
         if !self.options.mag || sums.fields == 0.0 {
@@ -503,8 +506,8 @@ impl Auto {
         (doubt * own).min(MAX_TILT_VARIANCE_RAD2) + 2.0 * square(ACCEL_BIAS / GRAVITY)
     }
 
-    /// Return the factor by which stated variances of bias and matrix are larger: what a velocity that lasts does to the
-    /// tilt, it does to what is learned from it.
+    /// Return the factor by which stated variances of bias and matrix are larger: what a velocity
+    /// that lasts does to the tilt, it does to what is learned from it.
     fn doubt(&self) -> f64 {
         self.accelerations.doubt(&self.lasting).max(1.0)
     }

@@ -8,13 +8,13 @@ use crate::error::{Error, require};
 /// Options for the sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AutoOptions {
-    /// True if there is a magnetometer; without one the heading at the start is chosen.
+    /// True if there is a magnetometer; without one the initial heading is arbitrary.
     pub mag: bool,
     /// The gyro's output without rotation, rad/s.
     pub bias: [f64; 3],
     /// Its standard deviation.
     pub bias_sigma: [f64; 3],
-    /// Largest bias that such a gyro has, rad/s: a rate beyond it never counts as rest.
+    /// Largest bias of this gyro, rad/s: a larger rate never counts as rest.
     pub bias_limit: f64,
     /// M in `rate = M (gyro - bias)`, its rows.
     pub matrix: [[f64; 3]; 3],

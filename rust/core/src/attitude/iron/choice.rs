@@ -11,8 +11,9 @@ use crate::math::validity::{are_within, is_size};
 /// Seconds of a span that tells its hard iron, and how many directions have to be known.
 const MIN_SPAN_S: f64 = 5.0;
 const MIN_DIRECTIONS: usize = 2;
-/// Share of the scatter that a hard iron may leave: one that is found first, one in use, and by its size
-/// those that are so many deviations from none. A room does a tenth of the field, no room a quarter.
+/// Share of the scatter that a hard iron may leave: one that is found first, one in use, and by its
+/// size those that are so many deviations from none. A room does a tenth of the field, no room a
+/// quarter.
 const MAX_FIRST_SCATTER: f64 = 0.40;
 const MAX_USED_SCATTER: f64 = 0.60;
 const IRON_SIZES: [f64; 2] = [0.10, 0.25];
@@ -36,12 +37,12 @@ const MAX_IRON: f64 = 1e6;
 /// Use of the magnetometer.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Taken {
-    /// Nothing is known: samples are used as they are.
+    /// Nothing is known: samples are used unchanged.
     #[default]
     Raw,
-    /// The hard iron is known by the present motion, and taken off.
+    /// The hard iron is known from the present motion and subtracted.
     Known,
-    /// One known before is taken off, or none, since it keeps the field.
+    /// A remembered hard iron, or none, is subtracted, because it continues the field.
     Kept,
     /// No hard iron explains the field, which is not used.
     Withheld,

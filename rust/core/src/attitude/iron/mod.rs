@@ -1,10 +1,10 @@
 //! The filter that learns a magnetometer's hard iron while it runs.
 //!
-//! The gyro says how a field that stands still must turn in the sensor; what does not turn is iron. As
-//! of a record, in [`magnet`](crate::calibrate::magnet), but forward only: four filters of hard iron
-//! and field, begun at different seconds, and one path through them. A hard iron is taken off once it
-//! leaves so little of the field's scatter that it is none of a room; until then the answer is that of
-//! the filter alone, to the last bit.
+//! The gyro says how a field that stands still must turn in the sensor; what does not turn is iron.
+//! As for a record, in [`magnet`](crate::calibrate::magnet), but forward only: four filters of hard
+//! iron and field, begun at different seconds, and one path through them. A hard iron is taken off
+//! once it leaves so little of the field's scatter that it is none of a room; until then the answer
+//! is that of the filter alone, to the last bit.
 
 mod choice;
 mod learner;
@@ -29,14 +29,14 @@ use crate::math::validity::are_within;
 
 /// Change of a hard iron, by the field's size, with which the shape of the field is another one.
 const MIN_SHAPE_CHANGE: f64 = 0.1;
-/// By how much a hard iron may have turned the heading, rad, for that to be taken back: the square of
-/// it, which is not, is two degrees.
+/// By how much a hard iron may have turned the heading, rad, for that to be taken back: the square
+/// of it, which is not, is two degrees.
 const MAX_REVERSED_TURN_RAD: f64 = 0.25;
 
 /// Estimate of a magnetometer's hard iron, in the unit of the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LearnedIron {
-    /// Vector subtracted from each sample; zero where there is none.
+    /// Vector subtracted from each sample; zero for none.
     pub value: Vector3<f64>,
     /// Its standard deviation, NaN before one is known.
     pub sigma: Vector3<f64>,
@@ -44,7 +44,7 @@ pub struct LearnedIron {
     pub state: &'static str,
 }
 
-/// The filter, which sees samples without the hard iron that it learns of them.
+/// The filter with a magnetometer whose hard iron it learns and subtracts.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Learning {
     auto: Auto,

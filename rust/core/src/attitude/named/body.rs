@@ -50,7 +50,7 @@ impl Body {
         (self.levelled, self.headed) = (false, false);
     }
 
-    /// Takes an orientation over as known.
+    /// Set a known orientation.
     pub fn align(&mut self, orientation: Quaternion<f64>) {
         self.set(orientation);
         (self.levelled, self.headed) = (true, true);

@@ -25,7 +25,7 @@ pub struct Complementary {
 }
 
 impl Complementary {
-    /// A filter that has seen nothing.
+    /// A filter before its first sample.
     ///
     /// # Errors
     /// [`Error::Parameter`] if an option is out of its range.

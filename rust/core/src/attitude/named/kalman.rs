@@ -20,7 +20,8 @@ use crate::math::{Real, Symmetric};
 
 /// Standard deviation of a tilt, and of a heading, that one sample has shown, rad.
 const SAMPLE_SIGMA_RAD: f64 = 0.5;
-/// Variance of a heading that is still to be found, rad², and deviation of one that was chosen, rad.
+/// Variance of a heading that is still to be found, rad², and deviation of one that was chosen,
+/// rad.
 const FREE_HEADING_VARIANCE_RAD2: f64 = 10.0;
 const CHOSEN_HEADING_SIGMA_RAD: f64 = 1e-3;
 /// Variance per second of an angle while no rate is known, rad²/s.
@@ -57,14 +58,14 @@ pub struct Step {
 pub trait Linearised: core::fmt::Debug + Clone + Copy + PartialEq {
     /// Its name as a method.
     const METHOD: &'static str;
-    /// As of a checkpoint.
+    /// As in a checkpoint.
     const TAG: &'static str;
 
     /// Propagate mean and covariance through a step.
     fn predict(state: &mut Gauss, step: &Step);
 
-    /// Corrects by the direction of the force, of length one, in the estimated axes of the earth: up,
-    /// with variance R on each axis.
+    /// Corrects by the direction of the force, of length one, in the estimated axes of the earth:
+    /// up, with variance R on each axis.
     fn see_up(state: &mut Gauss, force: &Vector3<f64>, R: f64);
 
     /// Corrects by the angle from the estimated to magnetic north about the vertical.
@@ -91,7 +92,7 @@ pub type Ekf = Kalman<Extended>;
 pub type Ukf = Kalman<Unscented>;
 
 impl<L: Linearised> Kalman<L> {
-    /// A filter that has seen nothing.
+    /// A filter before its first sample.
     ///
     /// # Errors
     /// [`Error::Parameter`] if an option is out of its range.

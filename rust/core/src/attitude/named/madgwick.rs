@@ -21,8 +21,8 @@ const MAX_STEP: f64 = 0.5;
 ///
 /// S. O. H. Madgwick, *An efficient orientation filter for inertial and inertial/magnetic sensor
 /// arrays*, report, University of Bristol, 2010, eqs. 12-13, 25-34 and 44-46, with β of its
-/// experiments; without its bias (eqs. 47-49). The gradient's length counts for nothing: an error is
-/// mended at 2 β rad/s at most, and a bias beyond that is never caught.
+/// experiments; without its bias (eqs. 47-49). The gradient's length counts for nothing: an error
+/// is mended at 2 β rad/s at most, and a bias beyond that is never caught.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Madgwick {
     options: NamedOptions,
@@ -30,7 +30,7 @@ pub struct Madgwick {
 }
 
 impl Madgwick {
-    /// A filter that has seen nothing.
+    /// A filter before its first sample.
     ///
     /// # Errors
     /// [`Error::Parameter`] if an option is out of its range.
@@ -67,8 +67,8 @@ impl Madgwick {
 /// sensor.
 ///
 /// That is Jᵀf of the report in one product: -2 d q f. The report writes the diagonal of the
-/// rotation as 1 - 2(y² + z²), which adds the last term, along q: it turns nothing, but it counts in
-/// the length that the gradient is divided by. There north is the first axis.
+/// rotation as 1 - 2(y² + z²), which adds the last term, along q: it turns nothing, but it counts
+/// in the length that the gradient is divided by. There north is the first axis.
 #[inline]
 fn gradient(q: &Quaternion<f64>, d: &Vector3<f64>, s: &Vector3<f64>) -> Quaternion<f64> {
     let pure = |v: Vector3<f64>| Quaternion::from_parts(0.0, v);

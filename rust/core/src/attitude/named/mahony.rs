@@ -28,7 +28,7 @@ pub struct Mahony {
 }
 
 impl Mahony {
-    /// A filter that has seen nothing.
+    /// A filter before its first sample.
     ///
     /// # Errors
     /// [`Error::Parameter`] if an option is out of its range.
@@ -37,7 +37,8 @@ impl Mahony {
         Ok(Self { options, body: Body::default(), bias: options.bias.into() })
     }
 
-    /// The rotation in the sensor's axes that measured vertical and north are off by, to first order.
+    /// The rotation in the sensor's axes that measured vertical and north are off by, to first
+    /// order.
     #[inline]
     fn error(&self, accel: Option<&Vector3<f64>>, mag: Option<&Vector3<f64>>) -> Vector3<f64> {
         let (body, up, mut error) = (&self.body, self.body.up(), Vector3::zeros());

@@ -26,7 +26,7 @@ use super::compass::FieldCorrection;
 use super::iron::LearnedIron;
 use super::stream::Tagged;
 
-/// A method that has a name and options that can be read.
+/// A method with a name and options.
 pub trait Named: Tagged {
     /// As people write it.
     const METHOD: &'static str;

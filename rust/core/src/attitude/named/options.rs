@@ -7,12 +7,12 @@ use crate::error::{Error, require};
 /// The names of all methods; the first is the default.
 pub const METHODS: [&str; 6] = ["auto", "complementary", "mahony", "madgwick", "ekf", "ukf"];
 
-/// The methods that start from a bias that is known, and from how well it is known.
+/// Methods with an initial bias.
 pub const BIAS_METHODS: &[&str] = &["auto", "mahony", "ekf", "ukf"];
 /// Likewise.
 pub const BIAS_SIGMA_METHODS: &[&str] = &["auto", "ekf", "ukf"];
 
-/// Largest bias that can be given or found, rad/s, and its largest deviation at the start.
+/// Largest bias, rad/s, and largest initial standard deviation.
 pub(super) const MAX_BIAS: f64 = 10.0;
 pub(super) const MAX_BIAS_SIGMA: f64 = 0.2;
 /// Spread of a bias of which nothing is known, rad/s.
@@ -25,13 +25,13 @@ const BETA_WITHOUT_FIELD: f64 = 0.033;
 /// Constants of all named methods; each uses some.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Constants {
-    /// Of the complementary filter, s.
+    /// Time constant of the complementary filter, s.
     pub time_constant: f64,
     /// Proportional gain of Mahony, 1/s.
     pub kp: f64,
     /// Integral gain of Mahony, 1/s².
     pub ki: f64,
-    /// Step of Madgwick, rad/s; the report's where it is not given.
+    /// Step of Madgwick, rad/s; by default the report's.
     pub beta: Option<f64>,
     /// White noise of the gyro, rad/s/√Hz.
     pub gyro_noise: f64,
@@ -67,15 +67,15 @@ pub struct Constant<C: 'static = Constants> {
     pub unit: &'static str,
     /// Its least and its largest value.
     pub range: [f64; 2],
-    /// The same in words, as refusals say it.
+    /// The range in words, for errors.
     pub expected: &'static str,
     /// Its meaning, in one sentence without a full stop.
     pub meaning: &'static str,
     /// The methods that use it.
     pub methods: &'static [&'static str],
-    /// Its value; none where the method chooses.
+    /// Its value; none if the method chooses it.
     pub get: fn(&C) -> Option<f64>,
-    /// Puts down a value.
+    /// Set a value.
     pub set: fn(&mut C, f64),
 }
 
@@ -182,11 +182,11 @@ pub const CONSTANTS: &[Constant] = &[
 /// Options for the sensor and for the method.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NamedOptions {
-    /// True if there is a magnetometer; without one the heading at the start is chosen.
+    /// True if there is a magnetometer; without one the initial heading is arbitrary.
     pub mag: bool,
     /// The gyro's output without rotation, rad/s, for methods that learn it.
     pub bias: [f64; 3],
-    /// Its standard deviation, for those that have one.
+    /// Standard deviation of the bias, for methods that have one.
     pub bias_sigma: [f64; 3],
     /// The constants of all methods.
     pub constants: Constants,

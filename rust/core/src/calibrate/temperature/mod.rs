@@ -30,7 +30,7 @@ const STATED_SECONDS: f64 = 10.0;
 /// Parameters; x is the unit of the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TemperatureParams {
-    /// Samples a second.
+    /// Samples per second.
     pub rate: f64,
     /// Temperature that the bias state belongs to, degC.
     pub reference: f64,

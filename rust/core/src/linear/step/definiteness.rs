@@ -24,7 +24,14 @@ pub(in crate::linear) fn is_semidefinite(
     is_semidefinite_in(n, P, tolerance, room)
 }
 
-/// The same with the upper triangle of P, or of a multiple of it, in the room.
+/// True if P is a covariance as every step leaves it and a checkpoint takes it: to `n` times what one
+/// rounding costs, and once more for the factor by which a step may shrink it.
+#[cfg(feature = "std")]
+pub(in crate::linear) fn is_settled(n: usize, P: &[f64], room: &mut [f64]) -> bool {
+    is_semidefinite(n, P, 2.0 * n as f64 * ROUNDING, room)
+}
+
+/// The same as [`is_semidefinite`] with the upper triangle of P, or of a multiple of it, in the room.
 #[inline(always)]
 pub(super) fn is_semidefinite_in(n: usize, P: &[f64], tolerance: f64, room: &mut [f64]) -> bool {
     let (P, room) = (&P[..n * n], &mut room[..n * n]);

@@ -11,7 +11,7 @@ mod states;
 
 pub(super) use self::covariance::{correct_covariance, predict_covariance};
 #[cfg(feature = "std")]
-pub(super) use self::definiteness::is_semidefinite;
+pub(super) use self::definiteness::{is_semidefinite, is_settled};
 #[cfg(feature = "std")]
 pub(super) use self::product::{product, transpose};
 pub(super) use self::size::{Fixed, FixedRoom};

@@ -1,4 +1,4 @@
-//! Rates that a gyro clipped at its range: found in the recording, restored from their flanks.
+//! Rates that a gyro clipped at its range, restored from the flanks of each peak.
 
 use super::cubic::{Cubic, MAX_RATE_RATIO, density};
 use super::ranges::{
@@ -25,8 +25,9 @@ pub struct Clipped {
     pub samples: usize,
 }
 
-/// Restores, in place, rates (rad/s, finite) that a gyro clipped, of samples `dt` seconds apart; adds
-/// to `variance`, one a sample, what a restored rate is wrong by: density of a white noise, rad²/s.
+/// Restores, in place, rates (rad/s, finite) that a gyro clipped, of samples `dt` seconds apart;
+/// adds to `variance`, one a sample, what a restored rate is wrong by: density of a white noise,
+/// rad²/s.
 ///
 /// # Errors
 /// [`Error::Memory`] if there is none.

@@ -25,26 +25,26 @@ const LOOK_BACK_S: f64 = 1.5;
 const ROW: usize = 16;
 const ROWS: usize = 7;
 const NODES: usize = ROW * ROWS;
-/// Without a rest it begins in a valley of so many seconds; nothing is reported before that has ended,
-/// at which the bound is so many times the valley's.
+/// Without a rest it begins in a valley of so many seconds; nothing is reported before that has
+/// ended, at which the bound is so many times the valley's.
 const START_WINDOW_S: f64 = 1.5;
 const MIN_END_RATIO: f64 = 5.0;
 /// With a range, for so long rates that are clipped wait for their end, s.
 const MAX_CLIPPED_S: f64 = 0.05;
 /// Largest range of a gyro, rad/s.
 const MAX_RANGE: f64 = 1e4;
-/// Most samples a second.
+/// Most samples per second.
 const MAX_RATE_HZ: f64 = 1200.0;
 const MAX_BOUND: f64 = 1e9;
 
 /// Parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FootParams {
-    /// Samples a second.
+    /// Samples per second.
     pub rate: f64,
     /// True if the floor is level, steps excepted.
     pub level: bool,
-    /// Rates from about here on the gyro cannot tell, rad/s.
+    /// Range of the gyro, rad/s, if known.
     pub gyro_range: Option<f64>,
 }
 
@@ -183,8 +183,8 @@ impl FootFilter {
         samples as f64 * self.lengths.dt
     }
 
-    /// True if it begins here: nothing is known, or it moves less than at any sample before its first
-    /// valley had ended, or much less than in that.
+    /// True if it begins here: nothing is known, or it moves less than at any sample before its
+    /// first valley had ended, or much less than in that.
     fn begins(&mut self, k: u64) -> bool {
         if self.rested || self.bound == f64::INFINITY {
             return false;
@@ -319,7 +319,7 @@ impl FootFilter {
         &self.params
     }
 
-    /// Seconds by which what is reported is behind the last sample.
+    /// Delay of the output behind the last sample, s.
     pub fn delay(&self) -> f64 {
         self.seconds(self.lengths.late)
     }
@@ -335,7 +335,7 @@ impl FootFilter {
         self.walker.as_ref().filter(|_| self.begun)
     }
 
-    /// Likewise, m/s.
+    /// The velocity: ahead, left and up, m/s; NaN where it is not known.
     pub fn velocity(&self) -> [f64; 3] {
         self.reported().map_or([f64::NAN; 3], |walker| flipped(walker.filter.snapshot().velocity))
     }
@@ -347,17 +347,17 @@ impl FootFilter {
         [-x, w, -z, y]
     }
 
-    /// Of the gyro, rad/s.
+    /// Bias of the gyro, rad/s.
     pub fn gyro_bias(&self) -> [f64; 3] {
         self.walker.as_ref().map_or([0.0; 3], |walker| walker.filter.gyro_bias.into())
     }
 
-    /// Of the accelerometer, m/s².
+    /// Bias of the accelerometer, m/s².
     pub fn accel_bias(&self) -> [f64; 3] {
         self.walker.as_ref().map_or([0.0; 3], |walker| walker.filter.accel_bias.into())
     }
 
-    /// Standard deviations of position, velocity, orientation and biases; NaN where nothing is known.
+    /// Standard deviations of position, velocity, orientation and biases; NaN where unknown.
     pub fn sigma(&self) -> Errors {
         let Some(walker) = self.reported() else { return [f64::NAN; STATES] };
         let mut sigma = walker.filter.sigma;
@@ -370,13 +370,12 @@ impl FootFilter {
         sigma
     }
 
-    /// The share of the time of the last six swings that passes for a foot's; NaN before there are as
-    /// many.
+    /// Share of the time of the last six swings that looks like a foot's; NaN before six swings.
     pub fn foot_share(&self) -> f64 {
         self.swings.share()
     }
 
-    /// How often it was levelled again, after it had been wrong.
+    /// Number of times that a wrong level was corrected.
     pub fn relevelled(&self) -> u64 {
         self.walker.as_ref().map_or(0, |walker| walker.relevelled)
     }
@@ -386,7 +385,7 @@ impl FootFilter {
         self.standing.stood
     }
 
-    /// True if it has stood still for half a second, and the gyro's bias can be estimated.
+    /// True if it has stood for half a second, so that the gyro's bias can be estimated.
     pub fn is_at_rest(&self) -> bool {
         self.still.is_resting()
     }
@@ -401,12 +400,12 @@ impl FootFilter {
         self.standing.count
     }
 
-    /// The largest rate about an axis to date, rad/s: a foot turns by more than 1.75.
+    /// The largest rate about an axis to date, rad/s; a foot exceeds 1.75.
     pub fn fastest(&self) -> f64 {
         self.fastest
     }
 
-    /// Nodes of stances that were not believed since it began.
+    /// Number of rejected zero velocities since the start.
     pub fn rejections(&self) -> u64 {
         self.walker.as_ref().map_or(0, |walker| walker.rejections)
     }

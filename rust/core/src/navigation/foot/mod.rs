@@ -1,9 +1,9 @@
-//! A sensor on a foot: the only aid is that now and then it stands.
+//! A sensor on a foot, aided only by zero velocities in stances.
 //!
 //! The [`NavigationFilter`](super::NavigationFilter) over a plane that does not turn, with one more
-//! aid: zero velocity in the valleys of a bound of the speed, whose noise is of the same bound. Of a
-//! whole recording ([`Walk`]) the valleys are seen from both sides, and rates that a gyro clipped are
-//! found; live ([`FootFilter`]) from behind, a window of the bound late.
+//! aid: zero velocity in the valleys of a bound of the speed, whose noise is of the same bound. Of
+//! a whole recording ([`Walk`]) the valleys are seen from both sides, and rates that a gyro clipped
+//! are found; live ([`FootFilter`]) from behind, a window of the bound late.
 //!
 //! E. Foxlin, *IEEE Computer Graphics and Applications* 25(6), 2005. I. Skog, P. Händel, J.-O.
 //! Nilsson, J. Rantakokko, *IEEE Trans. Biomedical Engineering* 57(11), 2010.
@@ -56,7 +56,8 @@ const HALF_LEVEL_S: f64 = 0.05;
 /// From the pivot to the sensor, m, and for how long a force lasts, s.
 const PIVOT_DISTANCE_M: f64 = 0.1;
 const FORCE_S: f64 = 0.0175;
-/// A valley: how far above the lowest bound round about, and above which speed, none is a stance, m/s.
+/// A valley: how far above the lowest bound round about, and above which speed, none is a stance,
+/// m/s.
 const MAX_VALLEY_RATIO: f64 = 2.0;
 const MIN_VALLEY_SPEED_M_S: f64 = 0.01;
 const MAX_VALLEY_SPEED_M_S: f64 = 0.5;
@@ -66,7 +67,7 @@ const MIN_STANCE_INTERVAL_S: f64 = 0.15;
 const MAX_FIRST_REST_S: f64 = 1.5;
 /// A missing sample is the last one for so long, s.
 const MAX_HELD_S: f64 = 0.1;
-/// Fewest samples a second.
+/// Fewest samples per second.
 const MIN_RATE_HZ: f64 = 1.0 / 0.021;
 
 /// The samples in so many seconds, one at least; halves to even.

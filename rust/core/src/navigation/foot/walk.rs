@@ -71,7 +71,7 @@ impl<'a> Walk<'a> {
         &self.found
     }
 
-    /// How often it was levelled again, after it had been wrong.
+    /// Number of times that a wrong level was corrected.
     pub fn relevelled(&self) -> u64 {
         self.walker.relevelled
     }

@@ -102,6 +102,7 @@ impl Walker {
             accel_noise: [ACCEL_NOISE; 3],
             gyro_walk: [GYRO_WALK; 3],
             accel_walk: [ACCEL_WALK; 3],
+            gyro_vibration: 0.0,
             antenna: [0.0; 3],
             antenna_sigma: [0.0; 3],
             consider_antenna: false,
