@@ -15,7 +15,7 @@ from zerorate.faults import render_text, sentence_of
 from zerorate.io.clocks.names import find_time_unit, has_time_name, looks_like_time
 from zerorate.io.columns import choose_columns
 from zerorate.io.evidence import clues_of, loaded, with_time
-from zerorate.io.formats import FORMATS, check_readable, find_format, label_of, open_source
+from zerorate.io.formats import check_readable, find_format, known_formats, label_of, open_source
 from zerorate.io.reading import ReadArguments
 from zerorate.io.recording import read_recording
 from zerorate.io.table import Content, Format, Table
@@ -267,9 +267,9 @@ class FormatSupport:
     is_installed: bool
 
 
-def list_formats(forms: Iterable[Format] = FORMATS) -> tuple[FormatSupport, ...]:
+def list_formats(forms: Iterable[Format] | None = None) -> tuple[FormatSupport, ...]:
     """Return the formats that are read, in the order of their documentation."""
-    return tuple(map(_describe_format, forms))
+    return tuple(map(_describe_format, known_formats() if forms is None else forms))
 
 
 def _describe_format(form: Format) -> FormatSupport:

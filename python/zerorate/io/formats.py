@@ -15,8 +15,9 @@ import numpy.typing as npt
 
 from zerorate.io.damage import read_guarded
 from zerorate.io.parts import Part
+from zerorate.io.plugins import find_plugin, plugin_formats
 from zerorate.io.readers.objects import ArrowStream, describe_object, make_table
-from zerorate.io.remote import Spooled, is_address, spooled
+from zerorate.io.remote import Spooled, hide_secrets, is_address, spooled
 from zerorate.io.signatures import is_camera_file, is_dataflash_text, is_telemetry, is_text
 from zerorate.io.table import Column, Content, Format, Needs, Reader, Table
 from zerorate.record.log import LogError
@@ -126,6 +127,17 @@ FORMATS: Final = (
 )
 """To add one, see "Adding a reader" in CONTRIBUTING.md."""
 
+
+def known_formats() -> tuple[Format, ...]:
+    """Return the formats that are read: those of this package, then those of others."""
+    return (*FORMATS, *plugin_formats())
+
+
+def known_suffixes() -> tuple[str, ...]:
+    """Return the suffixes of all formats, each once."""
+    return tuple(dict.fromkeys(suffix for form in known_formats() for suffix in form.suffixes))
+
+
 _FOLDER_FORMAT: Final = Format(
     "folder", "a folder of text tables", (), (), _import_reader("text", "read_folder")
 )
@@ -146,7 +158,8 @@ _TO_CONVERT: Final = {
 def label_of(source: LogSource) -> str:
     """Return the name of a source for messages and outputs."""
     if isinstance(source, (str, os.PathLike)):
-        return make_printable(str(source if is_address(source) else Path(source)))
+        name = hide_secrets(source) if is_address(source) else Path(source)
+        return make_printable(str(name))
     if isinstance(source, Part):
         return source.label
     return describe_object(source)
@@ -226,6 +239,9 @@ def find_format(file: Path) -> Format:
         return _FOLDER_FORMAT
     suffix = file.suffix.lower()
     form = next((form for form in FORMATS if suffix in form.suffixes), None)
+    plugin = find_plugin(suffix) if form is None else None
+    if plugin is not None:
+        return plugin
     if form is None and _is_text_table(file):
         form = TEXT
     if form is TEXT and _is_dataflash_text_file(file):
@@ -233,7 +249,7 @@ def find_format(file: Path) -> Format:
     if suffix in _TO_CONVERT:
         raise LogError(f"the file is {_TO_CONVERT[suffix]}")
     if form is None:
-        known = ", ".join(suffix for form in FORMATS for suffix in form.suffixes)
+        known = ", ".join(known_suffixes())
         raise LogError(f"unknown suffix '{file.suffix}'; known: {known}")
     with file.open("rb") as opened_file:
         head = opened_file.read(_HEAD_BYTES)

@@ -270,6 +270,8 @@ def _fit_scale(axes: Axes, track_ned: Floats) -> None:
     half = 0.56 * max(high[0] - low[0], (high[1] - low[1]) / wide, 10.0)
     axes.set_ylim(middle[0] - half, middle[0] + half)
     axes.set_xlim(middle[1] - half * wide, middle[1] + half * wide)
+    # Holds in axes of another shape, too.
+    axes.set_aspect("equal", adjustable="datalim")
 
 
 def _horizontal_ned(position: Floats, origin: Floats) -> Floats:

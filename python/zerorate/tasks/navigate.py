@@ -62,6 +62,7 @@ from zerorate.types import Floats
 from zerorate.views import Result
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from zerorate._native import NavigationFilter
@@ -166,17 +167,24 @@ class Navigation(Result):
         """Return the track as a log, as `Track.to_log` does."""
         return self.track.to_log()
 
-    def plot(self, panels: Literal["usual", "all"] = "usual") -> Figure:
+    def plot(
+        self,
+        panels: Literal["usual", "all"] = "usual",
+        *,
+        ax: Axes | Sequence[Axes] | None = None,
+    ) -> Figure:
         """Return the figure of the track; ImportError without matplotlib, of the extra ``plot``.
 
         Parameters
         ----------
         panels : {"usual", "all"}
             The usual panels, at most six, or all panels.
+        ax : matplotlib Axes, or a sequence of them, optional
+            Axes for the path, and for the panels that follow it.
         """
         from zerorate.views import figure_of
 
-        return figure_of(self, panels == "all")
+        return figure_of(self, panels == "all", ax=ax)
 
 
 @dataclass(frozen=True)
@@ -273,7 +281,7 @@ def navigate(
         With a gyro and an accelerometer.
     fixes : Fixes or path, optional
         Fixes of the receiver; by default those in the recording.
-    mount : array_like, shape (3, 3), "auto" or "none"
+    mount : array_like, shape (3, 3), scipy Rotation, "auto" or "none"
         Rotation from the sensors' axes to forward, right, down. "auto": from the metadata, or else
         from the motion. "none": the sensors' axes are the body's.
     antenna : array_like, shape (3,), optional

@@ -55,7 +55,7 @@ class ColumnRequest:
     unit: str | None = None
     time: str | int | None = None
     mixed: bool = False
-    """True if channels are of several units, so that there is no unit of all."""
+    """True if channels have different units."""
 
 
 @dataclass(frozen=True)
