@@ -44,6 +44,10 @@ KINDS: Final = (
     "velocity",
     "position_sigma",
     "velocity_sigma",
+    "pressure",
+    "height",
+    "heading",
+    "baseline",
 )
 _NAMEABLE_KINDS: Final = ("gyro", "accel", "mag")
 """Kinds whose columns may be named."""
@@ -91,7 +95,8 @@ def read_recording(
     only
         Kinds of logs to read; default all: ``gyro``, ``accel``, ``mag``, ``temperature``,
         ``gravity``, ``reference``, ``position``, ``velocity``, and ``position_sigma`` and
-        ``velocity_sigma``, their standard deviations.
+        ``velocity_sigma``, their standard deviations; ``pressure``, ``height`` of a barometer,
+        ``heading``, and ``baseline`` of two antennas.
     sensor
         Sensor of several, as of `read_log`. By default there is a log for each device, and of
         values in several stages (raw, calibrated, filtered) the best is read, as ``notes`` says.

@@ -21,6 +21,7 @@ from zerorate.geometry.rotations import (
     to_rotation_vectors,
 )
 from zerorate.geometry.scipy_rotation import Oriented, RotationLike, as_quaternions
+from zerorate.navigation.aid_notes import describe_aids
 from zerorate.navigation.aids import OUTPUTS, AidResults, AidRows, judge_sigma, unpack_usable
 from zerorate.navigation.events import Events
 from zerorate.numerals import format_with_error
@@ -376,7 +377,12 @@ def run_navigation(
         rejected_count=_count_since(before.rejected_count, nav.rejected_count),
         epoch=epoch,
         source=source,
-        notes=(*_describe_moves(before, nav), *_describe_constants(before, nav), *notes),
+        notes=(
+            *_describe_moves(before, nav),
+            *_describe_constants(before, nav),
+            *describe_aids(nav, aids),
+            *notes,
+        ),
         _nis=output.pop("nis"),
         _steps=steps,
         **output,
