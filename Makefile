@@ -162,6 +162,8 @@ results: $(TOOLS) ## Rebuild the tables and figures of docs/ from recordings and
 	$(BIN)/python examples/navigation_studies.py
 	$(BIN)/python examples/navigation_vehicles.py
 	$(BIN)/python examples/clock_scenarios.py
+	$(BIN)/python examples/navigation_scenarios.py
+	$(BIN)/python examples/compass_study.py
 	$(BIN)/python examples/navigation_figures.py
 	$(BIN)/python examples/foot_study.py
 	$(BIN)/python examples/foot_machine.py

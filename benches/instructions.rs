@@ -20,8 +20,8 @@ use zerorate_core::identification::Estimator as Autoregression;
 use zerorate_core::linear::{Batch, Known, LinearBank, Model};
 use zerorate_core::navigation::foot::{FootFilter, FootParams};
 use zerorate_core::navigation::{
-    Adapt, Fix, Inertial, Kind, Navigates, NavigationBank, NavigationFilter, NavigationParams,
-    Observed, Record as Steps, Start,
+    Adapt, Aid, AidParams, Fix, Inertial, Kind, LIMITS, Navigates, NavigationBank,
+    NavigationFilter, NavigationParams, Observed, Reading, Record as Steps, Start,
 };
 use zerorate_core::stream::checkpoint::{self, Checkpoint};
 use zerorate_core::stream::{Input, Output};
@@ -221,6 +221,8 @@ fn navigator() -> (Start, NavigationParams) {
         adapt: Adapt::Inflate,
         covariance_step: 0.1,
         kind: Kind::Rate,
+        aids: AidParams::default(),
+        limits: LIMITS,
     };
     let start = Start {
         time: 0.0,
@@ -271,6 +273,29 @@ fn stride(k: usize) -> [f64; 6] {
     [0.01, 0.02 + 12.0 * wave, 0.03, 8.0 * wave, 0.01, 9.81 + 6.0 * wave]
 }
 
+/// Ten samples after `time`, and a position or the reading of an aid.
+fn aided(reading: Option<Reading>) -> impl Fn() -> Work {
+    move || -> Work {
+        let ((start, params), mut time) = (navigator(), 0.0);
+        let mut nav = NavigationFilter::new(start, params).expect("parameters in their ranges");
+        let step = move |nav: &mut NavigationFilter, time: &mut f64| {
+            drive(nav, time, false);
+            let Some(reading) = reading else {
+                let (position, velocity) = ([0.8, 0.1, 100.0], [f64::NAN; 3]);
+                let [position_sigma, velocity_sigma] = [[2.0; 3], [0.1; 3]];
+                let fix = Fix { time: *time, position, velocity, position_sigma, velocity_sigma };
+                nav.update_gnss(&fix).expect("deviations are positive");
+                return;
+            };
+            let aid = Aid { time: *time, reading, sigma: [0.2; 3] };
+            nav.update_aid(&aid).expect("deviations are positive");
+        };
+        drive(&mut nav, &mut time, true);
+        step(&mut nav, &mut time);
+        Box::new(move || (0..100).for_each(|_| step(&mut nav, &mut time)))
+    }
+}
+
 fn navigation() -> Vec<Path> {
     let driven = |fixed: bool| {
         move || -> Work {
@@ -286,6 +311,13 @@ fn navigation() -> Vec<Path> {
     vec![
         path("navigation, 1000 samples", driven(false)),
         path("navigation, 1000 samples and 100 fixes", driven(true)),
+        path("navigation, 1000 samples and 100 positions", aided(None)),
+        path("navigation, 1000 samples and 100 heights", aided(Some(Reading::Height(90.0)))),
+        path("navigation, 1000 samples and 100 headings", aided(Some(Reading::Heading(0.01)))),
+        path(
+            "navigation, 1000 samples and 100 baselines",
+            aided(Some(Reading::Baseline([1.0, 0.0, 0.0], Some([1.0, 0.0, 0.0])))),
+        ),
         path("navigation bank, 1000 samples and 100 fixes", || {
             let (start, params) = navigator();
             let mut bank = NavigationBank::new(start, params).expect("parameters in their ranges");

@@ -27,7 +27,7 @@ def logged(rows):
 
 
 def main():
-    print_versions("mcap")
+    print_versions("mcap", "rosbags")
     rows = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
     log = logged(rows)
     with tempfile.TemporaryDirectory() as name:

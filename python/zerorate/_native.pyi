@@ -22,6 +22,7 @@ from typing_extensions import TypeVar
 from zerorate.calibration.calibration import Calibration
 from zerorate.calibration.magnetometer import MagnetometerCalibration
 from zerorate.linear.run import LinearRun
+from zerorate.navigation.aids import Aid
 from zerorate.navigation.alignment import Alignment
 from zerorate.navigation.track import Track
 from zerorate.navigation.wheels import Wheels
@@ -41,6 +42,7 @@ _Status: TypeAlias = Literal[
     "no rest yet",
     "stuck",
 ]
+_Verdict: TypeAlias = Literal["used", "rejected", "refused"]
 _Navigating: TypeAlias = Literal["waiting", "no heading", "navigating", "coasting", "missing"]
 _Zones: TypeAlias = tuple[float, float] | Literal["published"]
 _Motion: TypeAlias = Literal["hold", "ignore"]
@@ -1103,6 +1105,12 @@ class NavigationBank(_Stream):
         adapt: Literal["inflate", "free", "fixed"] = "inflate",
         covariance_step: float = 0.1,
         kind: Literal["rate", "increment"] = "rate",
+        barometer_sigma: float = 0.5,
+        barometer_walk: float = 0.02,
+        compass_sigma: float = 0.035,
+        compass_walk: float = 0.001,
+        baseline: npt.ArrayLike | None = None,
+        limits: dict[str, float] | None = None,
     ) -> Self: ...
     def update(
         self,
@@ -1118,8 +1126,22 @@ class NavigationBank(_Stream):
         velocity: npt.ArrayLike | None = None,
         position_sigma: npt.ArrayLike = 2.0,
         velocity_sigma: npt.ArrayLike = 0.1,
-    ) -> Literal["used", "rejected", "refused"]: ...
+    ) -> _Verdict: ...
     def update_wheels(self, t: float, speed: float | None, sigma: float | None = None) -> bool: ...
+    def update_height(
+        self, t: float, height: float | None, sigma: float | None = None
+    ) -> _Verdict: ...
+    def update_pressure(
+        self, t: float, pressure: float | None, sigma: float | None = None
+    ) -> _Verdict: ...
+    def update_heading(self, t: float, heading: float | None, sigma: float = 0.05) -> _Verdict: ...
+    def update_baseline(
+        self,
+        t: float,
+        vector: npt.ArrayLike | None,
+        baseline: npt.ArrayLike | None = None,
+        sigma: npt.ArrayLike = 0.02,
+    ) -> _Verdict: ...
     def process(
         self,
         imu: Recording,
@@ -1129,6 +1151,10 @@ class NavigationBank(_Stream):
         wheel_speed: npt.ArrayLike | Wheels | None = None,
         time_offset: float | TimeOffset = 0.0,
         keep: Literal["track"] = "track",
+        height: npt.ArrayLike | Aid | None = None,
+        pressure: npt.ArrayLike | Aid | None = None,
+        heading: npt.ArrayLike | Aid | None = None,
+        baseline: npt.ArrayLike | Aid | None = None,
     ) -> Track: ...
     def process_arrays(
         self,
@@ -1139,6 +1165,7 @@ class NavigationBank(_Stream):
         rest: npt.ArrayLike | None = None,
         record: Literal[False] = False,
         wheel_speed: npt.ArrayLike | None = None,
+        aids: npt.ArrayLike | None = None,
     ) -> tuple[dict[str, Any], None]: ...
     @property
     def channels(self) -> int | None: ...
@@ -1158,6 +1185,26 @@ class NavigationBank(_Stream):
     def sigma(self) -> _Floats: ...
     @property
     def covariance(self) -> _Floats: ...
+    @property
+    def height_reference(self) -> float: ...
+    @property
+    def height_reference_sigma(self) -> float: ...
+    @property
+    def compass_offset(self) -> float: ...
+    @property
+    def compass_offset_sigma(self) -> float: ...
+    @property
+    def aid_count(self) -> dict[str, dict[str, int]]: ...
+    @property
+    def aid_nis(self) -> dict[str, float]: ...
+    @property
+    def aid_sigma(self) -> dict[str, float]: ...
+    @property
+    def aid_disturbed(self) -> dict[str, bool]: ...
+    @property
+    def usable(self) -> dict[str, bool]: ...
+    @property
+    def limits(self) -> dict[str, float]: ...
     @property
     def wheel_constants(self) -> _Floats: ...
     @property
@@ -1209,6 +1256,12 @@ class NavigationFilter(_Stream):
         adapt: Literal["inflate", "free", "fixed"] = "inflate",
         covariance_step: float = 0.1,
         kind: Literal["rate", "increment"] = "rate",
+        barometer_sigma: float = 0.5,
+        barometer_walk: float = 0.02,
+        compass_sigma: float = 0.035,
+        compass_walk: float = 0.001,
+        baseline: npt.ArrayLike | None = None,
+        limits: dict[str, float] | None = None,
     ) -> Self: ...
     def update(
         self,
@@ -1224,8 +1277,22 @@ class NavigationFilter(_Stream):
         velocity: npt.ArrayLike | None = None,
         position_sigma: npt.ArrayLike = 2.0,
         velocity_sigma: npt.ArrayLike = 0.1,
-    ) -> Literal["used", "rejected", "refused"]: ...
+    ) -> _Verdict: ...
     def update_wheels(self, t: float, speed: float | None, sigma: float | None = None) -> bool: ...
+    def update_height(
+        self, t: float, height: float | None, sigma: float | None = None
+    ) -> _Verdict: ...
+    def update_pressure(
+        self, t: float, pressure: float | None, sigma: float | None = None
+    ) -> _Verdict: ...
+    def update_heading(self, t: float, heading: float | None, sigma: float = 0.05) -> _Verdict: ...
+    def update_baseline(
+        self,
+        t: float,
+        vector: npt.ArrayLike | None,
+        baseline: npt.ArrayLike | None = None,
+        sigma: npt.ArrayLike = 0.02,
+    ) -> _Verdict: ...
     def process(
         self,
         imu: Recording,
@@ -1235,6 +1302,10 @@ class NavigationFilter(_Stream):
         wheel_speed: npt.ArrayLike | Wheels | None = None,
         time_offset: float | TimeOffset = 0.0,
         keep: Literal["all", "track"] = "all",
+        height: npt.ArrayLike | Aid | None = None,
+        pressure: npt.ArrayLike | Aid | None = None,
+        heading: npt.ArrayLike | Aid | None = None,
+        baseline: npt.ArrayLike | Aid | None = None,
     ) -> Track: ...
     def process_arrays(
         self,
@@ -1245,6 +1316,7 @@ class NavigationFilter(_Stream):
         rest: npt.ArrayLike | None = None,
         record: bool = False,
         wheel_speed: npt.ArrayLike | None = None,
+        aids: npt.ArrayLike | None = None,
     ) -> tuple[dict[str, Any], NavigationRecord | None]: ...
     @property
     def channels(self) -> int | None: ...
@@ -1264,6 +1336,26 @@ class NavigationFilter(_Stream):
     def sigma(self) -> _Floats: ...
     @property
     def covariance(self) -> _Floats: ...
+    @property
+    def height_reference(self) -> float: ...
+    @property
+    def height_reference_sigma(self) -> float: ...
+    @property
+    def compass_offset(self) -> float: ...
+    @property
+    def compass_offset_sigma(self) -> float: ...
+    @property
+    def aid_count(self) -> dict[str, dict[str, int]]: ...
+    @property
+    def aid_nis(self) -> dict[str, float]: ...
+    @property
+    def aid_sigma(self) -> dict[str, float]: ...
+    @property
+    def aid_disturbed(self) -> dict[str, bool]: ...
+    @property
+    def usable(self) -> dict[str, bool]: ...
+    @property
+    def limits(self) -> dict[str, float]: ...
     @property
     def wheel_constants(self) -> _Floats: ...
     @property

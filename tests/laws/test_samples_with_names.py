@@ -15,7 +15,7 @@ from support.feeding import arguments_of, called, flat
 from zerorate.record import Log
 
 N = 150
-RECORD = np.random.default_rng(8).standard_normal((N, 14))
+RECORD = np.random.default_rng(8).standard_normal((N, 18))
 UNITS = {"gyro": "rad/s", "accel": "m/s^2", "position": "m", "speed": "m/s", "temperature": "degC"}
 OTHERS = {"rad/s": ("deg/s", 180.0 / np.pi), "m/s^2": ("g", 1.0 / 9.80665)}
 
@@ -56,7 +56,7 @@ def test_samples_with_names_are_samples(name, kind):
     rate = getattr(f, "rate", 100.0)
     told = {
         key: KINDS[kind](values, key, rate)
-        if values.ndim < 3 and key not in ("time", "fixes", "rest")
+        if np.ndim(values) in (1, 2) and key not in ("time", "fixes", "rest", "aids")
         else values
         for key, values in given.items()
     }

@@ -10,7 +10,17 @@ from support.settings import LEVEL
 from zerorate import FootNavigation, NavigationFilter
 from zerorate.navigation.options import FOOT_OPTIONS, NAVIGATION_OPTIONS
 
-OTHERS = {"start", "gyro", "accel", "antenna", "consider_antenna", "vehicle", "axle"}
+OTHERS = {
+    "start",
+    "gyro",
+    "accel",
+    "antenna",
+    "consider_antenna",
+    "vehicle",
+    "axle",
+    "baseline",
+    "limits",
+}
 """Arguments that are not one number or one word."""
 
 

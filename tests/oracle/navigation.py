@@ -1,12 +1,15 @@
 """The navigation filter with whole matrices: one sample, one fix, one scalar at a time.
 
 Errors are those of position, velocity and orientation, estimated less true, and of the biases, true
-less estimated. A velocity's is that in the frame which is believed in: v_hat - exp(-[phi x]) v. Six
-constants follow, true less estimated: scale, yaw and pitch of wheels, and the place of the antenna;
-one that is known has no variance.
+less estimated. A velocity's is that in the frame which is believed in: v_hat - exp(-[phi x]) v.
+Eight constants follow, true less estimated: scale, yaw and pitch of wheels, the place of the
+antenna, the reference of the barometer and the offset of the compass; one that is known has no
+variance.
 """
 
 import numpy as np
+
+from oracle.aids import COMPASS, Aided
 
 RADIUS, ECCENTRICITY, ROTATION = 6378137.0, 6.6943799901413e-3, 7.292115e-5
 EQUATOR, POLE = 9.7803253359, 9.8321849378
@@ -42,7 +45,7 @@ CONSTANT_MAX, LEVER_MAX, SPEED_MAX = 1.5, 1e3, 1e4
 SURPRISE = 16.27
 
 R, V, PHI, GYRO, ACCEL, ROLL, ANTENNA = (slice(i, i + 3) for i in range(0, 21, 3))
-ERRORS, ALL = 15, 21
+ERRORS, ALL = 15, 23
 I3 = np.eye(3)
 
 
@@ -181,7 +184,7 @@ class Judge:
         return "widen"
 
 
-class Navigation:
+class Navigation(Aided):
     """Give noise as densities (not squared): white and walk, each of three axes."""
 
     def __init__(
@@ -202,6 +205,7 @@ class Navigation:
         adapt="inflate",
         covariance_step=0.1,
         kind="rate",
+        **aids,
     ):
         self.start, self.gate, self.adapt, self.kind = start, gate, adapt, kind
         (self.N_g, self.K_g), (self.N_a, self.K_a) = (np.square(part) for part in (gyro, accel))
@@ -233,6 +237,7 @@ class Navigation:
         self.rejected = {"positions": 0, "velocities": 0}
         self.moves, self.last_move = 0, None
         self.rolled = []
+        self.begin_aids(**aids)
         self.clear()
 
     def clear(self):
@@ -340,6 +345,7 @@ class Navigation:
         transition, half = self.transition(T, C, v), self.growth(T, C, v)
         P = transition @ (self.P + half) @ transition.T + half
         self.P = 0.5 * (P + P.T)
+        self.walk_constants()
         count, rests, mean_w, unknown = self.samples, self.rests, self.sum_w, self.unknown
         self.clear()
         self.since_wheels += T
@@ -403,6 +409,8 @@ class Navigation:
         self.begin_anew(variances)
         self.rolled = []
         self.sigma = np.full(ERRORS, np.nan)
+        self.restart_aids()
+        self.usable = np.zeros(5, dtype=bool)
         self.navigating = False
         self.heading_known = self.start.heading_known and not self.by_course
         self.before, self.alone = None, 0.0
@@ -421,6 +429,7 @@ class Navigation:
         H[:, V], H[:, PHI] = I3, skew(self.v)
         P[V, V] = H @ self.P @ H.T
         self.sigma = np.sqrt(np.maximum(np.diag(P), 0.0))[:ERRORS]
+        self.judge_outputs()
 
     # Measurements.
 
@@ -450,6 +459,7 @@ class Navigation:
         self.b_a = np.clip(self.b_a + x[ACCEL], -BIAS_MAX, BIAS_MAX)
         self.roll = np.clip(self.roll + x[ROLL], [-0.5, -1.5, -1.5], [0.5, 1.5, 1.5])
         self.antenna = np.clip(self.antenna + x[ANTENNA], -LEVER_MAX, LEVER_MAX)
+        self.take_out(x)
         if not self.is_somewhere():
             self.lose()
             return
@@ -669,25 +679,32 @@ class Navigation:
         if v is None:
             v, sigma_v = self.between(t, p, sigma_p)
         heading_variance = None
+        if not self.heading_known or self.heading_start is not None:
+            heading_variance = self.look_along(v, sigma_v)
+            if heading_variance is not None:
+                self.heading_known, self.heading_start = True, None
         if not self.heading_known:
-            if v is None or not self.by_course:
-                return "refused"
-            sigma, speed = np.max(sigma_v[:2]), np.hypot(v[0], v[1])
-            if speed < COURSE_SPEED or speed < COURSE_DEVIATIONS * sigma:
-                return "refused"
-            # In a turn an antenna ahead of the axle goes sideways.
-            ahead = self.antenna[0] - self.axle[0] if self.wheeled else 0.0
-            drift = np.arctan2(np.clip((self.w - self.b_g)[2] * ahead, -speed, speed), speed)
-            off = np.arctan2(v[1], v[0]) - drift - np.arctan2(self.C[1, 0], self.C[0, 0])
-            self.C = rotation(np.array([0.0, 0.0, off])) @ self.C
-            heading_variance = (sigma / speed) ** 2 + COURSE_SIGMA**2
-            self.heading_known = True
+            return "refused"
         moves = v is not None
         if not moves:
             v, sigma_v = np.zeros(3), np.full(3, UNKNOWN_VELOCITY)
         sigma_v = np.minimum(sigma_v, UNKNOWN_VELOCITY)
         self.begin_at(age, p, v, sigma_p, sigma_v, moves, heading_variance)
         return "used"
+
+    def look_along(self, v, sigma_v):
+        """Turn along the course of a body that moves forward fast enough; return its variance."""
+        if v is None or not self.by_course:
+            return None
+        sigma, speed = np.max(sigma_v[:2]), np.hypot(v[0], v[1])
+        if speed < COURSE_SPEED or speed < COURSE_DEVIATIONS * sigma:
+            return None
+        # In a turn an antenna ahead of the axle goes sideways.
+        ahead = self.antenna[0] - self.axle[0] if self.wheeled else 0.0
+        drift = np.arctan2(np.clip((self.w - self.b_g)[2] * ahead, -speed, speed), speed)
+        off = np.arctan2(v[1], v[0]) - drift - np.arctan2(self.C[1, 0], self.C[0, 0])
+        self.C = rotation(np.array([0.0, 0.0, off])) @ self.C
+        return (sigma / speed) ** 2 + COURSE_SIGMA**2
 
     def between(self, t, p, sigma_p):
         """The velocity since a fix before that was far enough away, and its deviation."""
@@ -727,7 +744,13 @@ class Navigation:
         variances[R], variances[V] = sigma_p**2, sigma_v**2
         if heading_variance is not None:
             variances[8] = heading_variance
+        compass = self.take_heading_start()
+        if compass is not None:
+            variances[8] = compass
+            variances[COMPASS] = self.P[COMPASS, COMPASS]
         self.begin_anew(variances)
+        if compass is not None:
+            self.P[8, COMPASS] = self.P[COMPASS, 8] = -self.P[COMPASS, COMPASS]
         # An error of the orientation is one of the velocity in the frame that is believed in, and
         # one of the antenna is one of the sensor.
         M = np.eye(ALL)
@@ -736,6 +759,7 @@ class Navigation:
         self.P = M @ self.P @ M.T
         for judge in self.judges:
             judge.restart()
+        self.restart_aids()
         self.navigating = True
         self.clear()
         self.alone, self.since_wheels = 0.0, 0.0

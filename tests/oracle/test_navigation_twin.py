@@ -80,7 +80,7 @@ class Pair:
         twin, one = self.twin, self.filter
         sigma = np.sqrt(np.diag(twin.P)[15:])
         np.testing.assert_allclose(one.antenna, twin.antenna, rtol=1e-9, atol=1e-9)
-        np.testing.assert_allclose(one.antenna_sigma, sigma[3:], rtol=1e-9)
+        np.testing.assert_allclose(one.antenna_sigma, sigma[3:6], rtol=1e-9)
         if sigma[0] > 0.0:
             np.testing.assert_allclose(one.wheel_constants, twin.roll, rtol=1e-9, atol=1e-9)
             np.testing.assert_allclose(one.wheel_constants_sigma, sigma[:3], rtol=1e-9)

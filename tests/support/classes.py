@@ -25,6 +25,7 @@ from support.checks import (
 from support.feeding import NAVIGATED
 from support.linear import TRACKING, model
 from support.records import (
+    aided_records,
     driven_records,
     foot_records,
     imu_records,
@@ -806,6 +807,10 @@ STREAMS = {
                 "learned_sigma",
                 "time",
                 "samples_seen",
+                "height_reference",
+                "height_reference_sigma",
+                "compass_offset",
+                "compass_offset_sigma",
             ),
             0,
         ),
@@ -821,6 +826,20 @@ STREAMS = {
         told=False,
     ),
 }
+STREAMS["navigation-aided"] = replace(
+    STREAMS["navigation"],
+    examples={
+        "navigation-aided": {
+            "start": replace(LEVEL, heading_known=False),
+            "antenna": (0.4, -0.3, -1.2),
+            "antenna_sigma": 0.1,
+            "limits": {"position": 3.0, "heading": 0.05},
+        }
+    },
+    records=lambda: st.one_of(aided_records(), wide_records(records(), 18)),
+    ordinary=aided_records,
+    width=18,
+)
 STREAMS["navigation bank"] = replace(
     STREAMS["navigation"],
     kind=zr.navigation.NavigationBank,

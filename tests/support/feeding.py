@@ -53,7 +53,8 @@ def events_of(f, z):
     """Times, gyro, accelerometer, the fixes that come with some samples, and where it rests.
 
     A row is six numbers of the sensors, whether there is a fix, its position in metres and its
-    velocity, and whether the vehicle is known to rest.
+    velocity, and whether the vehicle is known to rest; of one with aids also whether there are
+    readings, of which height, heading, and which of height and pressure.
     """
     time = STEP * (f.samples_seen + np.arange(len(z)))
     if f.time >= STEP * f.samples_seen:
@@ -64,7 +65,21 @@ def events_of(f, z):
     fixes[:, 0] = time[there]
     fixes[:, 1:4] = HOME + METRES * z[there, 7:10]
     fixes[:, 4:7], fixes[:, 7:10] = z[there, 10:13], 2.0
-    return time, z[:, :3], z[:, 3:6], fixes, is_positive(z[:, 13])
+    samples = time, z[:, :3], z[:, 3:6], fixes, is_positive(z[:, 13])
+    return samples if z.shape[1] == 14 else (*samples, False, None, aids_of(time, z[:, 14:]))
+
+
+def aids_of(time, z):
+    """Rows of the readings that come with some samples."""
+    there = is_positive(z[:, 0])
+    time, (height, heading, pressure) = time[there], z[there, 1:].T
+    rows = np.full((2 * len(time), 8), np.nan)
+    rows[:, 1] = np.repeat(time, 2)
+    rows[:, 2:5] = 0.0
+    rows[::2, 0], rows[1::2, 0] = is_positive(pressure), 2
+    rows[::2, 2] = np.where(is_positive(pressure), 96000.0 - height, HOME[2] + height)
+    rows[1::2, 2] = heading
+    return rows
 
 
 def called(f):
@@ -100,8 +115,10 @@ def step(f, sample):
         return f.update(sample)
     if not isinstance(f, NAVIGATORS):
         return flat(f.update(*arguments_of(f, sample)))
-    time, gyro, accel, fixes, rest = events_of(f, np.array([sample], dtype=float))
+    time, gyro, accel, fixes, rest, *aids = events_of(f, np.array([sample], dtype=float))
     f.update(time[0], gyro[0], accel[0], bool(rest[0]))
+    for kind, at, value in aids[-1][:, :3] if aids else ():
+        (f.update_height, f.update_pressure, f.update_heading)[int(kind)](at, value)
     for fix in fixes:
         f.update_gnss(fix[0], fix[1:4], fix[4:7], fix[7:10], fix[10:13])
     return np.hstack([*(getattr(f, name) for name in NAVIGATED), STATUSES.index(f.status)])

@@ -66,6 +66,10 @@ def take_events(rng, f, z):
             lambda row=row, time=time: f.update(time, row[:3], row[3:6], bool(rng.integers(2))),
             lambda row=row, time=time: f.update_gnss(time, row[7:10], row[10:13]),
             lambda row=row, time=time: f.update_wheels(time, row[13]),
+            lambda row=row, time=time: f.update_height(time, row[7]),
+            lambda row=row, time=time: f.update_pressure(time, 9e4 + row[8]),
+            lambda row=row, time=time: f.update_heading(time, row[9]),
+            lambda row=row, time=time: f.update_baseline(time, row[10:13], (0.8, 0.0, 0.1)),
         ):
             try:
                 update()

@@ -235,8 +235,7 @@ def a_walk():
     return np.column_stack([walk.gyro, walk.accel])
 
 
-@seeded
-def driven_records(rng):
+def driven(rng):
     """A vehicle that rolls and shakes, its fixes and rests, as support/feeding.py reads them."""
     n, share = rng.integers(1, 1501), one_of(rng, [0.0, 0.02, 0.3])
     speed = one_of(rng, [0.0, 3.0, 30.0])
@@ -251,6 +250,22 @@ def driven_records(rng):
     z[rng.random(n) < one_of(rng, [0.0, 0.1]), rng.integers(6)] = np.nan
     z[rng.random(n) < one_of(rng, [0.0, 0.1]), 7 + rng.integers(6)] = np.nan
     return z
+
+
+driven_records = seeded(driven)
+
+
+@seeded
+def aided_records(rng):
+    """The same with readings of a barometer and a compass, some of them wrong."""
+    z = driven(rng)
+    n, share = len(z), one_of(rng, [0.02, 0.5, 1.0])
+    aids = rng.standard_normal((n, 4)) * [1.0, 0.3, 0.03, 1.0]
+    aids[:, 0] = rng.random(n) < share
+    for k in (1, 2):
+        first = rng.integers(n)
+        aids[first : first + rng.integers(1, 500), k] = one_of(rng, [0.0, 3.0, np.nan, 1e150])
+    return np.hstack([z, aids])
 
 
 @seeded

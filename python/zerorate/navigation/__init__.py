@@ -9,6 +9,7 @@ from zerorate._native import NavigationBank
 from zerorate.lazy import lazy_exports
 
 if TYPE_CHECKING:
+    from zerorate.navigation.aids import AID_KINDS, OUTPUTS, Aid, AidResults
     from zerorate.navigation.alignment import Alignment, align
     from zerorate.navigation.axes import Axes
     from zerorate.navigation.begin import Beginning, find_beginning
@@ -26,8 +27,12 @@ if TYPE_CHECKING:
     from zerorate.navigation.wheels import Wheels
 
 __all__ = [
+    "AID_KINDS",
+    "OUTPUTS",
     "STATUSES",
     "VERDICTS",
+    "Aid",
+    "AidResults",
     "Alignment",
     "Axes",
     "Beginning",
@@ -50,6 +55,7 @@ __all__ = [
 ]
 
 _LAZY_EXPORTS: Final = {
+    "aids": "AID_KINDS OUTPUTS Aid AidResults",
     "alignment": "Alignment align",
     "axes": "Axes",
     "begin": "Beginning find_beginning",

@@ -68,6 +68,38 @@ _ROWS: Final = (
         meaning="Standard deviation of the wheels' speed",
         methods=_WHEELED,
     ),
+    Option(
+        name="barometer_sigma",
+        kind="number",
+        default=0.5,
+        unit="m",
+        expected="from 0.001 to 1000 m",
+        meaning="Standard deviation of a barometric height",
+    ),
+    Option(
+        name="barometer_walk",
+        kind="number",
+        default=0.02,
+        unit="m/sqrt(s)",
+        expected="from 0 to 100 m/sqrt(s)",
+        meaning="Random walk of the barometer's reference",
+    ),
+    Option(
+        name="compass_sigma",
+        kind="number",
+        default=0.035,
+        unit="rad",
+        expected="from 0 to 3.14 rad",
+        meaning="Standard deviation of the compass's constant offset; 0 for none",
+    ),
+    Option(
+        name="compass_walk",
+        kind="number",
+        default=0.001,
+        unit="rad/sqrt(s)",
+        expected="from 0 to 1 rad/sqrt(s)",
+        meaning="Random walk of the compass's offset",
+    ),
 )
 
 NAVIGATION_OPTIONS: Final = index_by_name(_ROWS)

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from zerorate._native import NavigationFilter
 from zerorate.faults import ArgumentError, keyword_argument, make_sentence
+from zerorate.navigation.aids import AID_KINDS, Aid, AidRows
 from zerorate.navigation.events import Events
 from zerorate.navigation.track import Inputs, Track, run_navigation
 from zerorate.navigation.wheels import Wheels
@@ -22,15 +23,19 @@ def processed(
     nav: NavigationFilter,
     imu: Recording,
     gnss: Fixes | None,
-    known: tuple[npt.ArrayLike | None, npt.ArrayLike | Wheels | None],
+    known: tuple[
+        npt.ArrayLike | None,
+        npt.ArrayLike | Wheels | None,
+        tuple[npt.ArrayLike | Aid | None, ...],
+    ],
     time_offset: float | TimeOffset | None,
     keep: bool,
 ) -> Track:
     """Do the work of ``NavigationFilter.process``; with `keep` the track can be smoothed.
 
-    `known` holds the mask of rest and the speeds of the wheels.
+    `known` holds the mask of rest, the speeds of the wheels and the readings of aids.
     """
-    rest, speed = known
+    rest, speed, aids = known
     samples = Samples.of(imu, mag=False, what="navigation")
     if gnss is not None and not isinstance(gnss, Fixes):
         raise TypeError(
@@ -46,6 +51,7 @@ def processed(
         Events.of(fixes),
         None if rest is None else _check_flags(rest, len(time)),
         _wheel_rows(speed),
+        AidRows.of(dict(zip(AID_KINDS, aids, strict=True)), time),
     )
     notes = [*samples.notes, *(() if gnss is None else gnss.notes)]
     epoch = None if fixes is None else fixes.epoch

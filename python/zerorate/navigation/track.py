@@ -21,6 +21,8 @@ from zerorate.geometry.rotations import (
     to_rotation_vectors,
 )
 from zerorate.geometry.scipy_rotation import Oriented, RotationLike, as_quaternions
+from zerorate.navigation.aid_notes import describe_aids
+from zerorate.navigation.aids import OUTPUTS, AidResults, AidRows, judge_sigma, unpack_usable
 from zerorate.navigation.events import Events
 from zerorate.numerals import format_with_error
 from zerorate.record import Log, Poses
@@ -62,6 +64,7 @@ class Inputs:
     fixes: Events
     rest: Booleans | None = None
     speed: Floats | None = None
+    aids: AidRows = field(default_factory=lambda: AidRows(np.empty((0, 8))))
 
 
 class SmoothableTrack:
@@ -140,6 +143,13 @@ class Track(Oriented, SmoothableTrack, Result):
         Numbers of "used", "rejected" and "refused" fixes.
     rejected_count : dict of str to int
         Numbers of "positions" and "velocities" that the gate rejected.
+    usable : ndarray of bool, shape (n, 5)
+        True where the standard deviation of an output is within its limit; the columns are
+        `zerorate.navigation.OUTPUTS`.
+    limits : dict of str to float
+        Limits of the filter, as in ``NavigationFilter.limits``.
+    aids : dict of str to AidResults
+        Readings of aids by kind ("height", "pressure", "heading", "baseline"), and their verdicts.
     smoothed : bool
         True if each sample was smoothed with all fixes.
     epoch : float, optional
@@ -172,6 +182,9 @@ class Track(Oriented, SmoothableTrack, Result):
     taken: Floats
     fix_count: dict[str, int]
     rejected_count: dict[str, int]
+    usable: Booleans = field(default_factory=lambda: np.empty((0, len(OUTPUTS)), dtype=bool))
+    limits: dict[str, float] = field(default_factory=dict)
+    aids: dict[str, AidResults] = field(default_factory=dict)
     smoothed: bool = False
     epoch: float | None = None
     source: str = "the recording"
@@ -282,13 +295,16 @@ class Track(Oriented, SmoothableTrack, Result):
             return replace(self, smoothed=True, _nis=None, _steps=None)
         error, sigma = interpolate_steps(self.time, steps)
         position = offset_position(self.position, -error[:, :3])
-        return replace(self, position=position, _nis=None, **self._apply_errors(error, sigma))
+        fields = self._apply_errors(error, sigma)
+        usable = judge_sigma(fields["sigma"], self.limits) if self.limits else self.usable
+        return replace(self, position=position, usable=usable, _nis=None, **fields)
 
     def to_log(self) -> Log:
         """Return a log of latitude, longitude and height, for `zerorate.write_log`.
 
         Its extra columns are velocity, m/s, quaternion, biases, rad/s and m/s^2, the standard
-        deviations of biases, position, velocity and orientation, and the status.
+        deviations of biases, position, velocity and orientation, which outputs are usable, and
+        whether the filter navigated.
         """
         names = ("latitude_deg", "longitude_deg", "height_m")
         meta = {"source": self.source, "notes": self.notes}
@@ -306,6 +322,8 @@ class Track(Oriented, SmoothableTrack, Result):
         for k, (kind, unit) in enumerate(units):
             for axis, values in zip(ned, self.sigma[:, 3 * k : 3 * k + 3].T, strict=True):
                 extra[f"{kind}_sigma_{axis}_{unit}"] = values
+        for name, within in zip(OUTPUTS, self.usable.T, strict=True):
+            extra[f"{name}_usable"] = within
         extra["navigating"] = self.navigating
         return Log.at(self.time, rate, self.position, names, "deg, deg, m", meta, extra)
 
@@ -339,7 +357,9 @@ def run_navigation(
         inputs.rest,
         record=keep,
         wheel_speed=inputs.speed,
+        aids=inputs.aids.rows,
     )
+    aids = inputs.aids.results(output)
     counts = _count_since(before.fix_count, nav.fix_count)
     if not inputs.fixes.is_joint:
         output = inputs.fixes.merge(output)
@@ -351,10 +371,18 @@ def run_navigation(
         time=inputs.time,
         fixes=inputs.fixes.to_rows(),
         fix_count=counts,
+        usable=unpack_usable(output.pop("usable")),
+        limits=nav.limits,
+        aids=aids,
         rejected_count=_count_since(before.rejected_count, nav.rejected_count),
         epoch=epoch,
         source=source,
-        notes=(*_describe_moves(before, nav), *_describe_constants(before, nav), *notes),
+        notes=(
+            *_describe_moves(before, nav),
+            *_describe_constants(before, nav),
+            *describe_aids(nav, aids),
+            *notes,
+        ),
         _nis=output.pop("nis"),
         _steps=steps,
         **output,

@@ -91,7 +91,7 @@ def plot_corrected(result: Corrected) -> Figure:
 
 
 def plot_log(log: Log) -> Figure:
-    """Return the samples of a log, a panel a unit and a curve a channel."""
+    """Return the samples of a log, one panel per unit, one curve per channel."""
     panels = []
     for unit in dict.fromkeys(log.units):
         channels = [i for i, of_channel in enumerate(log.units) if of_channel == unit]

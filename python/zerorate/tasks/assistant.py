@@ -1,7 +1,7 @@
 """A server of the Model Context Protocol: an assistant measures the logs in one folder.
 
-The tools read, and write nothing. A path is that of a file below the folder: one that leads out of
-it, by ``..``, a link or a whole path, is refused.
+The tools only read. Paths are relative to the folder; a path that leads out of it, by ``..``, a
+link or an absolute path, is refused.
 """
 
 import os
@@ -26,7 +26,7 @@ from zerorate.views import table_of
 
 _VERSION: Final = 1
 _MAX_SAMPLES: Final = 50
-"""Samples of a log that an answer holds."""
+"""Largest number of samples in an answer."""
 _INSTRUCTIONS: Final = (
     "Measures logs of inertial sensors in one folder; paths are relative to it. Begin with report. "
     "If a unit or a rate is missing, the error says so: give unit and rate."
@@ -44,7 +44,7 @@ class Folder:
     Raises
     ------
     NotADirectoryError
-        If it is none.
+        If it is not a folder.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -53,7 +53,7 @@ class Folder:
             raise NotADirectoryError(f"{path} is no folder")
 
     def find(self, name: str) -> Path:
-        """Return the file of a name; ValueError unless it is inside, links followed."""
+        """Return the file of a name; ValueError if it is outside the folder, links followed."""
         path = (self.root / name).resolve()
         inner = (one.resolve() for one in _read_with(path))
         if not all(one.is_relative_to(self.root) for one in (path, *inner)):
@@ -64,7 +64,7 @@ class Folder:
 
 
 def _read_with(path: Path) -> list[Path]:
-    """Return the files that are read with a folder: those in it, and those a bag's index names."""
+    """Return the files that belong to a folder: those in it, and those in a bag's index."""
     if not path.is_dir():
         return []
     found = list(path.iterdir())
@@ -83,7 +83,7 @@ def build_server(folder: str | os.PathLike[str]) -> Any:  # noqa: ANN401
     ImportError
         Without mcp, of the extra ``mcp``.
     NotADirectoryError
-        If the folder is none.
+        If this is not a folder.
     """
     try:
         from mcp.server.mcpserver import MCPServer
@@ -96,19 +96,19 @@ def build_server(folder: str | os.PathLike[str]) -> Any:  # noqa: ANN401
     )
     hints = ToolAnnotations(read_only_hint=True, open_world_hint=False)
     for tool in _tools(root):
-        server.add_tool(_told(tool), annotations=hints, structured_output=False)
+        server.add_tool(_with_sentences(tool), annotations=hints, structured_output=False)
     return server
 
 
 def _tools(folder: Folder) -> list[Callable[..., str]]:
-    """Return the tools: functions of a path and of what the log does not state, to JSON."""
+    """Return the tools: functions from a path, and unit and rate if the log has none, to JSON."""
 
     def report_tool(
         path: str, unit: str | None = None, rate: float | None = None, fixes: str | None = None
     ) -> str:
         """Report on the IMU of a log: clock, samples, noise, vibration, axes. JSON of findings.
 
-        Each finding has a severity (act, look, good), a sentence, a number and the time it is seen.
+        Each finding has a severity (act, look, good), a sentence, a number and a time.
         unit: units of gyro and accelerometer, such as deg/s,g. rate: Hz. fixes: file of a receiver.
         """
         receiver = None if fixes is None else folder.find(fixes)
@@ -198,7 +198,7 @@ def describe_samples(command: str, result: Any) -> str:  # noqa: ANN401
     return as_json(content, indent=None)
 
 
-def _told(tool: Callable[..., str]) -> Callable[..., str]:
+def _with_sentences(tool: Callable[..., str]) -> Callable[..., str]:
     """Return a tool whose faults are sentences for the client."""
     from mcp.server.mcpserver.exceptions import ToolError
 

@@ -1,5 +1,6 @@
 //! Inertial navigation aided by a satellite receiver, for Python.
 
+mod aids;
 mod bank;
 
 use std::ops::Range;
@@ -10,12 +11,15 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use zerorate_core::checkpoint::{self, Checkpoint};
 use zerorate_core::navigation::{
-    Adapt, Batch, Fix, FixCounts, Inertial, Kind, Known, Navigates, NavigationFilter as Core,
-    NavigationParams, Next, Observed, Record, Rolling, STATES, Start, Wheels,
+    Adapt, Aid, AidParams, AidReport, Batch, Fix, FixCounts, Inertial, Kind, Known, Navigates,
+    NavigationFilter as Core, NavigationParams, Next, OUTPUTS, Observed, Reading, Record, Rolling,
+    STATES, Start, Wheels,
 };
 use zerorate_core::{Error, memory};
 
 pub use bank::NavigationBank;
+
+use aids::{aided, aids_of, limits_of, of_aids, one_sigma, take_aid};
 
 use crate::common::arrays;
 use crate::common::elements;
@@ -87,6 +91,20 @@ const NOT_REACHED: u8 = 3;
 ///     Time between two steps of the covariance, s.
 /// kind : {"rate", "increment"}, default "rate"
 ///     Samples are rates and forces, or their integrals since the previous sample.
+/// barometer_sigma : float, default 0.5
+///     Standard deviation of a barometric height for which none is given, m.
+/// barometer_walk : float, default 0.02
+///     Random walk of the barometer's reference, m/sqrt(s).
+/// compass_sigma : float, default 0.035
+///     Standard deviation of the compass's constant offset before the first reading, rad; 0: none.
+/// compass_walk : float, default 0.001
+///     Random walk of that offset, rad/sqrt(s).
+/// baseline : array_like, shape (3,), optional
+///     Vector from the first to the second antenna, body axes, m.
+/// limits : dict of str to float, optional
+///     Standard deviations up to which outputs are ``usable``: "position" (horizontal) and "height",
+///     m, "velocity", m/s, "attitude" (roll and pitch) and "heading", rad; default 10, 10, 1, 0.05,
+///     0.17, or 5, 5, 0.5, 0.05, 0.1 for "wheeled".
 ///
 /// Raises
 /// ------
@@ -176,11 +194,15 @@ macro_rules! navigating {
                 signature = (
                     start, *, gyro=None, accel=None, gyro_vibration=0.0, antenna=None, antenna_sigma=None,
                     consider_antenna=false, vehicle=None, axle=None, wheel_sigma=None, speed_sigma=None,
-                    gate=50.0, adapt="inflate", covariance_step=0.1, kind="rate"
+                    gate=50.0, adapt="inflate", covariance_step=0.1, kind="rate", barometer_sigma=0.5,
+                    barometer_walk=0.02, compass_sigma=0.035, compass_walk=0.001, baseline=None,
+                    limits=None
                 ),
                 text_signature = "(start, *, gyro=None, accel=None, gyro_vibration=0.0, antenna=(0.0, 0.0, 0.0), \
                     antenna_sigma=0.0, consider_antenna=False, vehicle=None, axle=None, wheel_sigma=None, \
-                    speed_sigma=None, gate=50.0, adapt='inflate', covariance_step=0.1, kind='rate')"
+                    speed_sigma=None, gate=50.0, adapt='inflate', covariance_step=0.1, kind='rate', \
+                    barometer_sigma=0.5, barometer_walk=0.02, compass_sigma=0.035, compass_walk=0.001, \
+                    baseline=None, limits=None)"
             )]
             // The arguments are those of the class in Python.
             #[allow(clippy::too_many_arguments)]
@@ -200,6 +222,12 @@ macro_rules! navigating {
                 adapt: &str,
                 covariance_step: f64,
                 kind: &str,
+                barometer_sigma: f64,
+                barometer_walk: f64,
+                compass_sigma: f64,
+                compass_walk: f64,
+                baseline: Option<&Bound<'_, PyAny>>,
+                limits: Option<&Bound<'_, PyDict>>,
             ) -> PyResult<Self> {
                 let (gyro_noise, gyro_walk) = densities("gyro", gyro, GYRO)?;
                 let (accel_noise, accel_walk) = densities("accel", accel, ACCEL)?;
@@ -207,6 +235,14 @@ macro_rules! navigating {
                 let antenna = lever("antenna", antenna)?;
                 let adapt = [Adapt::Inflate, Adapt::Free, Adapt::Fixed][choice("adapt", adapt, &ADAPTS)?];
                 let kind = [Kind::Rate, Kind::Increment][choice("kind", kind, &KINDS)?];
+                let baseline = baseline.map(|given| three("baseline", given)).transpose()?;
+                let aids = AidParams {
+                    barometer_sigma,
+                    barometer_walk,
+                    compass_sigma,
+                    compass_walk,
+                    baseline,
+                };
                 let params = NavigationParams {
                     gyro_noise,
                     accel_noise,
@@ -221,6 +257,8 @@ macro_rules! navigating {
                     adapt,
                     covariance_step,
                     kind,
+                    aids,
+                    limits: limits_of(limits, wheels.is_some())?,
                 };
                 let start = begun(start, wheels.is_some())?;
                 let navigator = <$core>::new(start, params).map_err(NativeError::from)?;
@@ -370,6 +408,7 @@ pub(crate) use navigating;
 streaming!(NavigationFilter);
 
 navigating!(NavigationFilter, Core);
+aided!(NavigationFilter);
 
 #[pymethods]
 impl NavigationFilter {
@@ -378,14 +417,19 @@ impl NavigationFilter {
     /// smoother. ``rest``, bool (n,), is True where the vehicle is known to stand; ``wheel_speed``,
     /// (n,), is the speed of its wheels, m/s, NaN where unknown, or `Wheels` with times and
     /// standard deviations; ``time_offset``, a number or a `TimeOffset`, is added to the times of
-    /// the fixes, s. ``keep="track"`` leaves out the data for the smoother, about 2.5 kB per step
-    /// of the covariance and 1.1 kB more if wheels or antenna are estimated: for long records.
+    /// the fixes, s. ``height``, ``pressure``, ``heading`` and ``baseline`` are readings of aids at the
+    /// samples, (n,) or (n, 3), NaN where there is none, or `Aid` with times and standard deviations.
+    /// After each sample the wheel speeds that are due are processed, then readings of aids in the
+    /// order of their times, then fixes. ``keep="track"`` leaves out the data for the smoother, about
+    /// 2.5 kB per step of the covariance and 1.7 kB more if wheels, antenna or constants of aids are
+    /// estimated: for long records.
     #[pyo3(
         signature = (
-            imu, gnss=None, *, rest=None, wheel_speed=None, time_offset=None, keep="all"
+            imu, gnss=None, *, rest=None, wheel_speed=None, time_offset=None, keep="all",
+            height=None, pressure=None, heading=None, baseline=None
         ),
         text_signature = "($self, imu, gnss=None, *, rest=None, wheel_speed=None, \
-            time_offset=0.0, keep='all')"
+            time_offset=0.0, keep='all', height=None, pressure=None, heading=None, baseline=None)"
     )]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -395,26 +439,34 @@ impl NavigationFilter {
         wheel_speed: Option<&Bound<'py, PyAny>>,
         time_offset: Option<&Bound<'py, PyAny>>,
         keep: &str,
+        height: Option<&Bound<'py, PyAny>>,
+        pressure: Option<&Bound<'py, PyAny>>,
+        heading: Option<&Bound<'py, PyAny>>,
+        baseline: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         choice("keep", keep, &["all", "track"])?;
+        let aids = (height, pressure, heading, baseline);
         rules::call(
             slf.py(),
             Rule::Navigate,
-            (slf, imu, gnss, (rest, wheel_speed), time_offset, keep == "all"),
+            (slf, imu, gnss, (rest, wheel_speed, aids), time_offset, keep == "all"),
         )
     }
 
     /// Do the work of ``process`` with arrays: times (n,), samples (n, 3), and of m fixes the rows
     /// time, position (deg, deg, m), velocity, standard deviations of both, shape (m, 13), NaN for
     /// missing values. ``wheel_speed`` has a speed for each sample, (n,), or rows of time, speed
-    /// and standard deviation, (w, 3), in order. A fix or a wheel speed is processed after the
-    /// first sample that is not earlier. Returns by name the state after each sample, and of each
-    /// fix its ``verdict`` (used, rejected, refused, or 3 if it comes after the last sample),
+    /// and standard deviation, (w, 3), in order. ``aids`` has rows of kind (0 height, 1 pressure, 2
+    /// heading, 3 baseline), time, reading and standard deviation of three axes, (a, 8), in order,
+    /// NaN for missing values. Wheel speeds, readings and fixes, in this order, are processed after
+    /// the first sample that is not earlier. Returns by name the state after each sample, with the
+    /// bits of its ``usable`` outputs, of each reading ``aid_verdict``, ``aid_nis`` and
+    /// ``aid_taken``, and of each fix its ``verdict`` (used, rejected, refused, or 3 if it comes after the last sample),
     /// ``nis`` (m, 2), the ``innovation`` of each axis of position and velocity (m, 6), its
     /// standard deviation ``innovation_sigma`` (m, 6), and the time at which it was ``taken``, s;
     /// with ``record`` also the record for the smoother, else None. The interpreter lock is
     /// released.
-    #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false, wheel_speed=None))]
+    #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false, wheel_speed=None, aids=None))]
     // The arguments are those of the method in Python.
     #[allow(clippy::too_many_arguments)]
     fn process_arrays<'py>(
@@ -426,9 +478,10 @@ impl NavigationFilter {
         rest: Option<&Bound<'py, PyAny>>,
         record: bool,
         wheel_speed: Option<&Bound<'py, PyAny>>,
+        aids: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyDict>, Option<NavigationRecord>)> {
         let [gyro, accel] = &arrays::taken(slf, ["gyro", "accel"], [Some(gyro), Some(accel)])?;
-        let given = Arrays { time, gyro, accel, fixes, rest, wheel_speed };
+        let given = Arrays { time, gyro, accel, fixes, rest, wheel_speed, aids };
         let mut steps = Record::default();
         let mut this = exclusive(slf)?;
         let outputs =
@@ -456,6 +509,7 @@ pub struct Arrays<'a, 'py> {
     pub fixes: &'a Bound<'py, PyAny>,
     pub rest: Option<&'a Bound<'py, PyAny>>,
     pub wheel_speed: Option<&'a Bound<'py, PyAny>>,
+    pub aids: Option<&'a Bound<'py, PyAny>>,
 }
 
 impl<'py> Arrays<'_, 'py> {
@@ -485,6 +539,7 @@ impl<'py> Arrays<'_, 'py> {
             self.rest.map(|rest| arrays::flags("rest", rest, n)).transpose()?.unwrap_or_default();
         let wheels = self.wheel_speed.map(|given| rollings(given, &time)).transpose()?;
         let wheels = wheels.unwrap_or_default();
+        let aids = self.aids.map(aids_of).transpose()?.unwrap_or_default();
         let rows = fixes.as_chunks::<FIX>().0;
         let mut fixes = memory::room(rows.len()).map_err(NativeError::from)?;
         fixes.extend(rows.iter().map(fix_of));
@@ -494,9 +549,10 @@ impl<'py> Arrays<'_, 'py> {
             accel: accel.as_chunks().0,
             rest: &rest,
             wheels: &wheels,
+            aids: &aids,
             fixes: &fixes,
         };
-        let outputs = Outputs::new(py, n, fixes.len())?;
+        let outputs = Outputs::new(py, n, fixes.len(), aids.len())?;
         // A batch that is interrupted or fails leaves the filter as it was.
         let mut bank = navigator.bank.clone();
         outputs.with(|known| {
@@ -514,13 +570,13 @@ impl<'py> Arrays<'_, 'py> {
     }
 }
 
-fn named<'py, const N: usize>(
+fn named<'py, T: IntoPyObject<'py>, const N: usize>(
     py: Python<'py>,
-    counts: [(&str, u64); N],
+    values: [(&str, T); N],
 ) -> PyResult<Bound<'py, PyDict>> {
     let found = PyDict::new(py);
-    for (name, count) in counts {
-        found.set_item(name, count)?;
+    for (name, value) in values {
+        found.set_item(name, value)?;
     }
     Ok(found)
 }
@@ -566,7 +622,8 @@ pub const SAMPLE: [(&str, usize); 6] = [
 ];
 const OF_FIX: [(&str, usize); 4] =
     [("nis", 2), ("innovation", 6), ("innovation_sigma", 6), ("taken", 0)];
-const WORDS: [&str; 2] = ["status", "verdict"];
+const OF_AID: [&str; 2] = ["aid_nis", "aid_taken"];
+const WORDS: [&str; 4] = ["status", "verdict", "usable", "aid_verdict"];
 
 /// Arrays for it.
 struct Outputs<'py> {
@@ -575,14 +632,22 @@ struct Outputs<'py> {
 }
 
 impl<'py> Outputs<'py> {
-    fn new(py: Python<'py>, n: usize, fixes: usize) -> PyResult<Self> {
+    fn new(py: Python<'py>, n: usize, fixes: usize, aids: usize) -> PyResult<Self> {
         let of_sample = SAMPLE.iter().map(|(_, size)| arrays::zeros(py, &[n, *size]));
         let mut numbers = of_sample.collect::<PyResult<Vec<_>>>()?;
         for (_, size) in OF_FIX {
             let shape: &[usize] = if size > 0 { &[fixes, size] } else { &[fixes] };
             numbers.push(arrays::filled(py, shape, f64::NAN)?);
         }
-        let words = vec![arrays::zeros(py, &[n])?, arrays::filled(py, &[fixes], NOT_REACHED)?];
+        for _ in OF_AID {
+            numbers.push(arrays::filled(py, &[aids], f64::NAN)?);
+        }
+        let words = vec![
+            arrays::zeros(py, &[n])?,
+            arrays::filled(py, &[fixes], NOT_REACHED)?,
+            arrays::zeros(py, &[n])?,
+            arrays::filled(py, &[aids], NOT_REACHED)?,
+        ];
         Ok(Self { numbers, words })
     }
 
@@ -590,8 +655,8 @@ impl<'py> Outputs<'py> {
         let mut numbers: Vec<_> = self.numbers.iter().map(|array| array.readwrite()).collect();
         let mut words: Vec<_> = self.words.iter().map(|array| array.readwrite()).collect();
         if let [position, velocity, quaternion, gyro, accel, sigma, of_fix @ ..] = &mut numbers[..]
-            && let [nis, innovation, innovation_sigma, taken] = of_fix
-            && let [status, verdict] = &mut words[..]
+            && let [nis, innovation, innovation_sigma, taken, aid_nis, aid_taken] = of_fix
+            && let [status, verdict, usable, aid_verdict] = &mut words[..]
         {
             work(&mut Known {
                 position: position.as_slice_mut()?.as_chunks_mut().0,
@@ -606,6 +671,10 @@ impl<'py> Outputs<'py> {
                 innovation: innovation.as_slice_mut()?.as_chunks_mut().0,
                 innovation_sigma: innovation_sigma.as_slice_mut()?.as_chunks_mut().0,
                 taken: taken.as_slice_mut()?,
+                usable: usable.as_slice_mut()?,
+                aid_verdict: aid_verdict.as_slice_mut()?,
+                aid_nis: aid_nis.as_slice_mut()?,
+                aid_taken: aid_taken.as_slice_mut()?,
             })?;
             position.as_slice_mut()?.as_chunks_mut().0.iter_mut().for_each(|p| *p = degrees(*p));
         }
@@ -614,7 +683,7 @@ impl<'py> Outputs<'py> {
 
     fn into_dict(self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let found = PyDict::new(py);
-        let names = SAMPLE.iter().chain(&OF_FIX).map(|(name, _)| *name);
+        let names = SAMPLE.iter().chain(&OF_FIX).map(|(name, _)| *name).chain(OF_AID);
         for (name, array) in names.zip(self.numbers) {
             found.set_item(name, array)?;
         }

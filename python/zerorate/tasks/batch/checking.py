@@ -1,4 +1,4 @@
-"""The checks of one log of a batch, as `zerorate.check` makes them: JSON, and a row a sensor."""
+"""The checks of one log of a batch, by `zerorate.check`: JSON, and one row per sensor."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from zerorate.calibration.calibration import Calibration
-from zerorate.io.triads import ALL_SENSORS
+from zerorate.io.sensors import ALL_SENSORS
 from zerorate.record.log import LogError, notes_of
 from zerorate.tasks.batch.command import Command, LogOutput, LogPath, Quantity, Row, finite_or_none
 from zerorate.tasks.replay import Score, Summary, replay_to_file

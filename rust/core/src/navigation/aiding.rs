@@ -22,7 +22,7 @@ const WHEELS_INTERVAL_S: f64 = 0.2;
 const MIN_WHEELS_SPEED_M_S: f64 = 1.0;
 /// Of a body at rest, m/s, and the speed above which one is not believed to rest.
 const REST_SIGMA_M_S: f64 = 0.05;
-const MAX_REST_SPEED_M_S: f64 = 0.5;
+pub(crate) const MAX_REST_SPEED_M_S: f64 = 0.5;
 /// Least noise of the mean rate at rest, rad/s.
 const MIN_REST_RATE_SIGMA_RAD_S: f64 = 1e-7;
 /// A correction after which the Earth is that of another place, m.
@@ -191,7 +191,7 @@ impl NavigationFilter {
     fn noise(&self, kind: usize, measured: &Measured) -> [f64; 3] {
         let stated = &measured.stated;
         let gate = &self.gates[kind];
-        [0, 1, 2].map(|i| gate.noise(i, stated[i] * stated[i], self.params.adapt))
+        [0, 1, 2].map(|i| gate.noise.variance(i, stated[i] * stated[i], self.params.adapt))
     }
 
     /// Takes one kind of measurement if it is believed.
@@ -310,7 +310,8 @@ impl NavigationFilter {
         if let Some(extra) = &mut self.covariance.1 {
             let found = *constants.insert(core::mem::take(&mut extra.found));
             self.odometer.take_out(&found);
-            let [.., x, y, z] = found;
+            self.aids.take_out(&found);
+            let [x, y, z] = [0, 1, 2].map(|i| found[ANTENNA + i]);
             self.antenna = (self.antenna + Vector3::new(x, y, z)).map(|x| x.within(MAX_LEVER));
         }
         let part = |i: usize| Vector3::new(found[i], found[i + 1], found[i + 2]);

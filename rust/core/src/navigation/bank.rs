@@ -3,6 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::aids::Aid;
 use super::batch::Navigates;
 use super::coasting::Coasting;
 use super::event::Event;
@@ -97,6 +98,18 @@ impl NavigationBank {
         Ok(used[usize::from(self.shown)])
     }
 
+    /// Takes a reading of an aid; the verdict is that of the filter that is shown.
+    ///
+    /// # Errors
+    /// As of [`NavigationFilter::update_aid`].
+    pub fn update_aid(&mut self, aid: &Aid) -> Result<Verdict, Error> {
+        let mut verdicts = [Verdict::Refused; FILTERS];
+        for (i, filter) in self.filters.iter_mut().enumerate() {
+            verdicts[i] = filter.update_aid_before(aid, &mut self.coasting[i])?;
+        }
+        Ok(verdicts[usize::from(self.shown)])
+    }
+
     /// Logarithms of the weights: half the sum of the faded likelihoods, as the lengths of a coast share
     /// their errors, and a prior on the logarithms of the factors. A filter that was not compared with as
     /// many fixes as others, or does not navigate as others do, has none.
@@ -147,6 +160,11 @@ impl Navigates for NavigationBank {
     }
 
     #[inline]
+    fn take_aid(&mut self, aid: &Aid) -> Result<Verdict, Error> {
+        self.update_aid(aid)
+    }
+
+    #[inline]
     fn take_fix(&mut self, fix: &Fix) -> Result<Verdict, Error> {
         self.update_gnss(fix)
     }
@@ -166,6 +184,7 @@ impl Stream for NavigationBank {
         let _refused = match event {
             Event::Sample(sample) => Self::update(self, &sample).is_err(),
             Event::Fix(fix) => self.update_gnss(&fix).is_err(),
+            Event::Aid(aid) => self.update_aid(&aid).is_err(),
         };
         self.filter().snapshot()
     }

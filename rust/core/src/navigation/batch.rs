@@ -2,6 +2,7 @@
 
 use core::ops::Range;
 
+use super::aids::Aid;
 use super::covariance::Errors;
 use super::filter::{Inertial, NavigationFilter, Observer};
 use super::fix::{Fix, Verdict};
@@ -22,13 +23,16 @@ pub struct Batch<'a> {
     /// In the order of their times; each is taken after the first sample that is not before it.
     pub wheels: &'a [Rolling],
     /// Likewise, after the wheels.
+    pub aids: &'a [Aid],
+    /// Likewise, after the aids.
     pub fixes: &'a [Fix],
 }
 
-/// The first of the wheels and of the fixes that are not taken yet.
+/// The first of the wheels, of the aids and of the fixes that are not taken yet.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Next {
     wheels: usize,
+    aids: usize,
     fixes: usize,
 }
 
@@ -61,6 +65,14 @@ pub struct Known<'a> {
     pub innovation_sigma: &'a mut [[f64; 6]],
     /// Time of the sample after which the fix was taken, s.
     pub taken: &'a mut [f64],
+    /// Bits of the usable outputs, in the order of [`OUTPUTS`](super::OUTPUTS).
+    pub usable: &'a mut [u8],
+    /// Of each reading of an aid: as of a fix.
+    pub aid_verdict: &'a mut [u8],
+    /// See `aid_verdict`.
+    pub aid_nis: &'a mut [f64],
+    /// See `aid_verdict`.
+    pub aid_taken: &'a mut [f64],
 }
 
 /// A filter, or several of which one is shown.
@@ -75,6 +87,11 @@ pub trait Navigates {
     /// # Errors
     /// As of [`NavigationFilter::update_wheels`].
     fn take_speed(&mut self, time: f64, speed: f64, sigma: Option<f64>) -> Result<bool, Error>;
+    /// Takes a reading of an aid.
+    ///
+    /// # Errors
+    /// As of [`NavigationFilter::update_aid`].
+    fn take_aid(&mut self, aid: &Aid) -> Result<Verdict, Error>;
     /// Takes a fix.
     ///
     /// # Errors
@@ -105,6 +122,11 @@ impl Navigates for NavigationFilter {
     }
 
     #[inline(always)]
+    fn take_aid(&mut self, aid: &Aid) -> Result<Verdict, Error> {
+        self.update_aid(aid)
+    }
+
+    #[inline(always)]
     fn take_fix(&mut self, fix: &Fix) -> Result<Verdict, Error> {
         self.update_gnss(fix)
     }
@@ -128,6 +150,11 @@ impl<W: Observer> Navigates for Observed<'_, W> {
     }
 
     #[inline(always)]
+    fn take_aid(&mut self, aid: &Aid) -> Result<Verdict, Error> {
+        self.filter.update_aid_before(aid, self.observer)
+    }
+
+    #[inline(always)]
     fn take_fix(&mut self, fix: &Fix) -> Result<Verdict, Error> {
         self.filter.update_gnss_before(fix, self.observer)
     }
@@ -142,7 +169,8 @@ impl Batch<'_> {
     /// A piece of the samples, and the wheels and fixes from the `next` ones on that are due.
     ///
     /// # Errors
-    /// As in [`NavigationFilter::update`] and [`NavigationFilter::update_gnss`].
+    /// As in [`NavigationFilter::update`], [`NavigationFilter::update_aid`] and
+    /// [`NavigationFilter::update_gnss`].
     pub fn run<N: Navigates>(
         &self,
         navigator: &mut N,
@@ -158,6 +186,11 @@ impl Batch<'_> {
                 let sigma = Some(rolling.sigma).filter(|sigma| !sigma.is_nan());
                 navigator.take_speed(rolling.time, rolling.speed, sigma)?;
                 next.wheels += 1;
+            }
+            while let Some(aid) = self.aids.get(next.aids).filter(|aid| aid.time <= time) {
+                let verdict = navigator.take_aid(aid)?;
+                known.record_aid(next.aids, aid, verdict, navigator.filter());
+                next.aids += 1;
             }
             while let Some(fix) = self.fixes.get(next.fixes).filter(|fix| fix.time <= time) {
                 let verdict = navigator.take_fix(fix)?;
@@ -181,6 +214,15 @@ impl Known<'_> {
         self.accel_bias[k] = now.accel_bias;
         self.sigma[k] = now.sigma;
         self.status[k] = now.status as u8;
+        self.usable[k] = now.usable;
+    }
+
+    fn record_aid(&mut self, k: usize, aid: &Aid, verdict: Verdict, filter: &NavigationFilter) {
+        self.aid_verdict[k] = verdict as u8;
+        self.aid_taken[k] = filter.time();
+        if verdict != Verdict::Refused {
+            self.aid_nis[k] = filter.aids()[aid.sensor()].nis;
+        }
     }
 
     fn record_verdict(&mut self, k: usize, fix: &Fix, verdict: Verdict, filter: &NavigationFilter) {

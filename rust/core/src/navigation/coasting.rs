@@ -206,7 +206,7 @@ impl Departed {
         let gain = Pairs.sum([0.0; 16], h, &self.covariance.0);
         match &self.covariance.1 {
             None => (gain, [0.0; CONSTANTS]),
-            Some(extra) => (Pairs.sum(gain, hw, &extra.cross), extra.gain(h, hw)),
+            Some(extra) => (Pairs.sum(gain, hw, &extra.cross), extra.gain::<CONSTANTS>(h, hw)),
         }
     }
 
@@ -276,7 +276,9 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::super::covariance::{R, STATES};
-    use super::super::{Adapt, Fix, Inertial, Kind, NavigationFilter, NavigationParams, Start};
+    use super::super::{
+        Adapt, AidParams, Fix, Inertial, Kind, LIMITS, NavigationFilter, NavigationParams, Start,
+    };
     use super::Coasting;
 
     fn filter(antenna_sigma: f64) -> NavigationFilter {
@@ -307,6 +309,8 @@ mod tests {
             adapt: Adapt::Fixed,
             covariance_step: 0.1,
             kind: Kind::Rate,
+            aids: AidParams::default(),
+            limits: LIMITS,
         };
         NavigationFilter::new(start, params).expect("parameters in their ranges")
     }

@@ -60,12 +60,17 @@ pub type Errors = [f64; STATES];
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Covariance(pub(crate) [Row; STATES], pub(crate) Option<ConstantsCovariance>);
 
-/// Constants that may be estimated with the errors: scale, yaw and pitch of wheels, and where the
-/// antenna is. Their errors are true less estimated.
-pub const CONSTANTS: usize = 6;
+/// Constants that may be estimated with the errors: scale, yaw and pitch of wheels, where the antenna
+/// is, the reference of the barometer and the offset of the compass. Their errors are true less
+/// estimated.
+pub const CONSTANTS: usize = 8;
+/// Those of a filter that has neither barometer nor compass: the first.
+pub(crate) const CONSTANTS_WITHOUT_AIDS: usize = 6;
 
-/// Index of the antenna's first component.
+/// Index of the antenna's first component, and of those after it.
 pub(crate) const ANTENNA: usize = 3;
+pub(crate) const BAROMETER: usize = 6;
+pub(crate) const COMPASS: usize = 7;
 
 /// A number for each of them.
 pub type Constants = [f64; CONSTANTS];
@@ -81,6 +86,8 @@ pub(crate) struct ConstantsCovariance {
     /// Whether the antenna is considered, not estimated: no scalar moves it or its covariance (S. F.
     /// Schmidt, *Advances in Control Systems* 3, 1966).
     pub considers_antenna: bool,
+    /// Whether the constants of barometer and compass count.
+    pub aided: bool,
 }
 
 impl ConstantsCovariance {
@@ -90,6 +97,7 @@ impl ConstantsCovariance {
         own: [[0.0; CONSTANTS]; CONSTANTS],
         found: [0.0; CONSTANTS],
         considers_antenna: false,
+        aided: false,
     };
 
     /// Some constants, from the `first` on, are not known any more, but to deviations.
@@ -127,12 +135,14 @@ impl ConstantsCovariance {
         }
     }
 
-    /// Gains of a scalar that errors move by `h` and constants by `hw`.
-    pub fn gain(&self, h: &Row, hw: &Constants) -> Constants {
-        core::array::from_fn(|k| {
+    /// Gains of a scalar that errors move by `h` and the first N constants by `hw`.
+    pub fn gain<const N: usize>(&self, h: &Row, hw: &Constants) -> Constants {
+        let mut gain = [0.0; CONSTANTS];
+        for (k, gain) in gain.iter_mut().enumerate().take(N) {
             let of_errors = (0..STATES).map(|i| self.cross[k][i] * h[i]).sum::<f64>();
-            of_errors + (0..CONSTANTS).map(|l| self.own[k][l] * hw[l]).sum::<f64>()
-        })
+            *gain = of_errors + (0..N).map(|l| self.own[k][l] * hw[l]).sum::<f64>();
+        }
+        gain
     }
 }
 
@@ -439,7 +449,6 @@ impl Covariance {
     }
 
     /// The same where constants are estimated as well, which move the scalar by `hw`.
-    #[inline(never)]
     pub(crate) fn correct_with_constants<W: Observer>(
         &mut self,
         h: &Row,
@@ -449,15 +458,33 @@ impl Covariance {
         found: &mut Errors,
         observer: &mut W,
     ) -> Innovation {
+        let measured = (h, hw, z, noise);
+        match &self.1 {
+            None => Innovation::NONE,
+            Some(extra) if extra.aided => {
+                self.correct_with::<CONSTANTS, W>(measured, found, observer)
+            }
+            Some(_) => self.correct_with::<CONSTANTS_WITHOUT_AIDS, W>(measured, found, observer),
+        }
+    }
+
+    /// The same with the first N constants.
+    #[inline(never)]
+    fn correct_with<const N: usize, W: Observer>(
+        &mut self,
+        (h, hw, z, noise): (&Row, &Constants, f64, f64),
+        found: &mut Errors,
+        observer: &mut W,
+    ) -> Innovation {
         let Some(extra) = &mut self.1 else { return Innovation::NONE };
-        let gain = Pairs.sum(Pairs.sum([0.0; 16], h, &self.0), hw, &extra.cross);
-        let own = extra.gain(h, hw);
+        let gain = Pairs.sum(Pairs.sum([0.0; 16], h, &self.0), &hw[..N], &extra.cross[..N]);
+        let own = extra.gain::<N>(h, hw);
         let (mut variance, mut innovation) = (0.0, z);
         for i in 0..STATES {
             variance += gain[i] * h[i];
             innovation -= found[i] * h[i];
         }
-        for k in 0..CONSTANTS {
+        for k in 0..N {
             variance += own[k] * hw[k];
             innovation -= extra.found[k] * hw[k];
         }
@@ -467,18 +494,22 @@ impl Covariance {
             found[i] += gain[i] * (innovation * inverse);
             lessen(&mut self.0[i], gain[i], &gain, inverse);
         }
-        let estimated = if extra.considers_antenna { ANTENNA } else { CONSTANTS };
-        for k in 0..CONSTANTS {
+        let considers = extra.considers_antenna;
+        let is_considered = |k: usize| considers && (ANTENNA..BAROMETER).contains(&k);
+        for k in 0..N {
             lessen(&mut extra.cross[k], own[k], &gain, inverse);
-            if k < estimated {
+            if !is_considered(k) {
                 extra.found[k] += own[k] * (innovation * inverse);
             }
-            let changed = if k < estimated { CONSTANTS } else { estimated };
-            (0..changed).for_each(|l| extra.own[k][l] -= (own[k] * own[l]) * inverse);
+            for l in 0..N {
+                if !(is_considered(k) && is_considered(l)) {
+                    extra.own[k][l] -= (own[k] * own[l]) * inverse;
+                }
+            }
         }
         let new = Innovation { value: innovation, variance };
         // The smoother follows scalars of an optimal gain only, else the covariances.
-        if !extra.considers_antenna {
+        if !considers {
             observer.record_scalar(&Scalar { h: *h, hw: *hw, gain, own, new });
         }
         new
@@ -493,7 +524,7 @@ impl Covariance {
     pub(crate) fn variance_with_constants(&self, h: &Row, hw: &Constants) -> f64 {
         let Some(extra) = &self.1 else { return 0.0 };
         let gain = Pairs.sum(Pairs.sum([0.0; 16], h, &self.0), hw, &extra.cross);
-        let own = extra.gain(h, hw);
+        let own = extra.gain::<CONSTANTS>(h, hw);
         (0..STATES).map(|i| gain[i] * h[i]).sum::<f64>()
             + (0..CONSTANTS).map(|k| own[k] * hw[k]).sum::<f64>()
     }
@@ -535,12 +566,50 @@ impl Covariance {
                 self.0[V + i][V + j] += 0.5 * (propagated[(i, j)] + propagated[(j, i)]);
             }
         }
+        if let Some(extra) = self.1.as_mut().filter(|extra| extra.has(COMPASS)) {
+            let row = &mut extra.cross[COMPASS];
+            let moved = velocity.cross(&Vector3::new(row[PHI], row[PHI + 1], row[PHI + 2]));
+            (0..3).for_each(|i| row[V + i] -= moved[i]);
+        }
+    }
+
+    /// The heading is that of the compass: its error is that of the compass's offset.
+    pub(crate) fn couple_heading(&mut self) {
+        if let Some(extra) = &mut self.1 {
+            extra.cross[COMPASS][PHI + 2] = -extra.own[COMPASS][COMPASS];
+        }
     }
 
     /// Variance of a sum of some errors, with factors `h`.
     pub(crate) fn variance<const N: usize>(&self, h: &Row, errors: [usize; N]) -> f64 {
         let of = |i: usize| errors.iter().map(|j| self.0[i][*j] * h[*j]).sum::<f64>() * h[i];
         errors.iter().map(|i| of(*i)).sum()
+    }
+
+    /// Adds to the variance of a constant that is estimated.
+    pub(crate) fn widen_constant(&mut self, constant: usize, variance: f64) {
+        if let Some(extra) = self.1.as_mut().filter(|extra| extra.has(constant)) {
+            extra.own[constant][constant] += variance;
+        }
+    }
+
+    /// Begins to estimate a constant of the aids, if its standard deviation is not zero.
+    pub(crate) fn begin_constant(&mut self, constant: usize, sigma: f64) {
+        if sigma > 0.0 {
+            let extra = self.1.get_or_insert(ConstantsCovariance::NONE);
+            *extra = extra.with(constant, [sigma]);
+            extra.aided = true;
+        }
+    }
+
+    /// Variance of a constant, zero if it is not estimated.
+    pub(crate) fn constant_variance(&self, constant: usize) -> f64 {
+        self.1.as_ref().map_or(0.0, |extra| extra.own[constant][constant])
+    }
+
+    /// True if a constant is estimated.
+    pub(crate) fn has_constant(&self, constant: usize) -> bool {
+        self.1.as_ref().is_some_and(|extra| extra.has(constant))
     }
 
     /// Adds to the variance of an error.

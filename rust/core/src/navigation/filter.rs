@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::aids::Aids;
 use super::coasting::TakenFix;
 use super::covariance::{
     ACCEL, ANTENNA, Constants, ConstantsCovariance, Course, Covariance, Errors, GYRO, Growth,
@@ -15,6 +16,7 @@ use super::innovation_gate::InnovationGate;
 use super::motion::{Motion, Step};
 use super::odometer::{Odometer, Rolled};
 use super::params::{Kind, NavigationParams, Start};
+use super::usable;
 use crate::error::{Error, require};
 use crate::math::Real;
 
@@ -30,8 +32,8 @@ pub(crate) const MAX_UNKNOWN_S: f64 = 2.0;
 /// Power densities of a rate and of a force of which nothing is measured, rad²/s and m²/s³.
 const UNKNOWN_DENSITIES: [f64; 2] = [1.0, 25.0];
 /// Oldest fix, s, and how far one may be ahead of the sensors.
-const MAX_FIX_AGE_S: f64 = 1.0;
-const MAX_FIX_LEAD_S: f64 = 0.1;
+pub(crate) const MAX_FIX_AGE_S: f64 = 1.0;
+pub(crate) const MAX_FIX_LEAD_S: f64 = 0.1;
 /// Variances of level and heading that it gains at a gap, rad².
 pub(crate) const GAP_VARIANCES_RAD2: [f64; 2] = [1e-2, 0.25];
 /// Without a fix for so long, s, it coasts.
@@ -89,6 +91,8 @@ pub struct Snapshot {
     pub sigma: Errors,
     /// Its status.
     pub status: Status,
+    /// Bits of the usable outputs, in the order of [`OUTPUTS`](super::OUTPUTS).
+    pub usable: u8,
 }
 
 /// Records the steps of a filter, for the smoother.
@@ -164,6 +168,8 @@ pub struct NavigationFilter {
     /// Time of the last used fix; NaN before the first.
     pub(crate) last_used: f64,
     pub(crate) fixes: FixCounts,
+    pub(crate) aids: Aids,
+    pub(crate) usable: u8,
 }
 
 /// Counts of fixes by verdict, to date.
@@ -270,6 +276,8 @@ impl NavigationFilter {
             antenna: params.antenna.into(),
             last_used: f64::NAN,
             fixes: FixCounts::new(),
+            aids: Aids::new(),
+            usable: 0,
         })
     }
 
@@ -500,6 +508,9 @@ impl NavigationFilter {
             growth.add_unknown(&course, 0.5 * more[0], 0.5 * more[1]);
         }
         self.covariance.propagate(&transition, &growth);
+        if self.aids.have_walked() {
+            self.walk_constants();
+        }
         observer.record_growth(&transition, &growth, seconds);
         self.sums = Sums::new();
         self.wheels = (self.wheels + seconds).min(MAX_TIME);
@@ -548,6 +559,8 @@ impl NavigationFilter {
         self.covariance = self.covariance.with_variances(&variances);
         self.odometer.sums = Rolled::default();
         self.sigma = [f64::NAN; STATES];
+        self.aids.restart();
+        self.usable = 0;
         self.navigating = false;
         self.heading_known = self.start.heading_known && !self.start.course;
         self.before = None;
@@ -609,6 +622,7 @@ impl NavigationFilter {
         for (i, h) in velocity_rows(v, &Matrix3::zeros()).iter().enumerate() {
             self.sigma[V + i] = self.covariance.variance(h, [V + i, PHI, PHI + 1, PHI + 2]);
         }
+        self.usable = usable::judge(self.usable, &self.sigma, &self.params.limits);
         for s in &mut self.sigma {
             *s = s.at_least(0.0).simd_sqrt();
         }
@@ -640,6 +654,7 @@ impl NavigationFilter {
             accel_bias: self.accel_bias.into(),
             sigma: self.sigma,
             status: self.status(),
+            usable: self.usable,
         }
     }
 
@@ -689,7 +704,7 @@ impl NavigationFilter {
 
     /// Standard deviations of position and velocity learned from the innovations; NaN before.
     pub fn learned_noise(&self) -> [[f64; 3]; 2] {
-        self.gates.map(|gate| gate.standard_deviations())
+        self.gates.map(|gate| gate.noise.standard_deviations())
     }
 }
 

@@ -56,13 +56,15 @@ impl NavigationFilter {
             given.velocity.map(|velocity| Moves { velocity, sigma: given.velocity_sigma });
         let moves = measured.or_else(|| self.between(given, position));
         let mut heading_sigma = None;
+        if !self.heading_known || self.aids.has_started() {
+            heading_sigma = moves.filter(|_| self.start.course).and_then(|m| self.look_along(&m));
+            if heading_sigma.is_some() {
+                self.heading_known = true;
+                self.aids.forget_start();
+            }
+        }
         if !self.heading_known {
-            let Some(sigma) = moves.filter(|_| self.start.course).and_then(|m| self.look_along(&m))
-            else {
-                return Verdict::Refused;
-            };
-            heading_sigma = Some(sigma);
-            self.heading_known = true;
+            return Verdict::Refused;
         }
         self.begin_at(given, position, moves, heading_sigma, age);
         if !self.is_somewhere() {
@@ -157,7 +159,12 @@ impl NavigationFilter {
         if let Some(sigma) = heading_sigma {
             variances[PHI + 2] = sigma * sigma;
         }
+        let compass = self.take_heading_start();
+        variances[PHI + 2] = compass.unwrap_or(variances[PHI + 2]);
         self.covariance = self.covariance.with_variances(&variances);
+        if compass.is_some() {
+            self.covariance.couple_heading();
+        }
         // What is not known of the antenna is not known of the place.
         if self.params.has_antenna_sigma() {
             let turn = self.motion.attitude;
@@ -172,6 +179,7 @@ impl NavigationFilter {
         // The error of the velocity is taken in the frame that is believed in.
         self.covariance.couple(&start);
         self.gates.iter_mut().for_each(InnovationGate::restart);
+        self.aids.restart();
         self.navigating = true;
         self.sums = Sums::new();
         (self.alone, self.wheels) = (0.0, 0.0);

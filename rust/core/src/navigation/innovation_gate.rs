@@ -1,23 +1,14 @@
-//! Gate and weight of fixes: a gate that a wrong filter can leave, and the receiver's noise as its
-//! innovations show it.
-//!
-//! The Allan variance of the innovations over one fix is that of the measurement, as long as the
-//! inertial sensors take the motion out (Fu & Han, equations 17 and 26 to 31).
+//! Gate and weight of fixes: a gate that a wrong filter can leave.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use super::adaptive_noise::AdaptiveNoise;
 use super::covariance::Innovation;
-use super::params::Adapt;
 use crate::math::Real;
 
 /// Rejected fixes in a row after which the filter, not the receiver, is wrong.
 const MAX_REJECTED: u32 = 10;
-/// Seconds across which differences of innovations say nothing; fixes come once a second, about.
-const MAX_DIFFERENCE_S: f64 = 1.5;
-/// Gain of the Allan variance, and differences from which on it counts.
-const FADING: f64 = 0.03;
-const MIN_DIFFERENCES: u32 = 10;
 /// After so many seconds, and so many times the usual, without a fix no gate decides: how far a filter
 /// has drifted is known only by its noise model. A position is taken if the next one agrees
 /// with it; of velocities without positions all are for a while.
@@ -31,18 +22,11 @@ const MAX_AGREEMENT_M: f64 = 0.5;
 const MAX_AGREEMENT_DRIFT: f64 = 4.5;
 /// Part of its change that the usual time between fixes takes over.
 const INTERVAL_GAIN: f64 = 0.1;
-/// Least noise, as a share of the stated one.
-const MIN_NOISE_SHARE: f64 = 1e-4;
 
 /// One kind of measurement: positions, or velocities.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct InnovationGate {
-    /// Allan variance of the innovations an axis, and differences it was learned from.
-    pub spread: Vector3<f64>,
-    pub count: u32,
-    /// The last innovation, and its time; NaN before the first.
-    last: Vector3<f64>,
-    last_time: f64,
+    pub noise: AdaptiveNoise,
     /// Usual seconds between fixes, zero before it is known.
     usual: f64,
     /// Fixes rejected in a row.
@@ -87,10 +71,7 @@ pub(crate) enum GateDecision {
 impl InnovationGate {
     pub fn new() -> Self {
         Self {
-            spread: Vector3::zeros(),
-            count: 0,
-            last: Vector3::zeros(),
-            last_time: f64::NAN,
+            noise: AdaptiveNoise::new(),
             usual: 0.0,
             rejected: 0,
             open_until: f64::NAN,
@@ -101,15 +82,14 @@ impl InnovationGate {
 
     /// Restart the gate; what was learned of the receiver stays.
     pub fn restart(&mut self) {
-        let Self { spread, count, usual, .. } = *self;
-        *self = Self { spread, count, usual, ..Self::new() };
+        let Self { noise, usual, .. } = *self;
+        *self = Self { noise: noise.restarted(), usual, ..Self::new() };
     }
 
     /// Learns from an innovation, whether it will be taken or not. Returns the seconds of the outage
     /// that it ends.
     pub fn learn(&mut self, time: f64, innovation: &Vector3<f64>) -> Option<f64> {
-        let difference = innovation - self.last;
-        let apart = time - self.last_time;
+        let apart = self.noise.learn(time, innovation);
         let ended = apart > MIN_OUTAGE_S.max(MIN_OUTAGE_RATIO * self.usual);
         if ended {
             self.open_until = time + OPEN_GATE_S;
@@ -121,17 +101,6 @@ impl InnovationGate {
             let part = if self.usual > 0.0 { INTERVAL_GAIN } else { 1.0 };
             self.usual += part * (apart.min(MAX_INTERVAL_S) - self.usual);
         }
-        if apart <= MAX_DIFFERENCE_S {
-            self.count = self.count.saturating_add(1);
-            let w = FADING.max(1.0 / f64::from(self.count));
-            for i in 0..3 {
-                let half = 0.5 * difference[i] * difference[i];
-                let a = self.spread[i];
-                let new = if self.count > 1 { half.min(4.0 * a) } else { half };
-                self.spread[i] = (1.0 - w) * a + w * new.min(MAX_SPREAD);
-            }
-        }
-        (self.last, self.last_time) = (*innovation, time);
         outage
     }
 
@@ -174,22 +143,6 @@ impl InnovationGate {
         Return::First
     }
 
-    /// Return the variance of an axis, of which the receiver states `stated`.
-    pub fn noise(&self, axis: usize, stated: f64, adapt: Adapt) -> f64 {
-        match adapt {
-            _ if self.count < MIN_DIFFERENCES => stated,
-            Adapt::Fixed => stated,
-            Adapt::Inflate => stated.max(self.spread[axis]),
-            Adapt::Free => self.spread[axis].max(MIN_NOISE_SHARE * stated),
-        }
-    }
-
-    /// Standard deviations that the innovations show; NaN before they do.
-    pub fn standard_deviations(&self) -> [f64; 3] {
-        let known = self.count >= MIN_DIFFERENCES;
-        [0, 1, 2].map(|i| if known { self.spread[i].simd_sqrt() } else { f64::NAN })
-    }
-
     /// Normalised innovation squared of the last one, 3 on average; NaN before the first.
     pub fn nis(&self) -> f64 {
         self.new.iter().map(Innovation::nis).sum()
@@ -212,11 +165,10 @@ impl InnovationGate {
 
     pub fn is_valid(&self) -> bool {
         let time = |t: f64| t.is_nan() || t.is_finite();
-        self.spread.iter().all(|a| (0.0..=MAX_SPREAD).contains(a))
-            && self.last.iter().all(|e| e.abs() <= MAX_INNOVATION)
+        self.noise.is_valid()
             && (0.0..=MAX_INTERVAL_S).contains(&self.usual)
             && self.rejected <= MAX_REJECTED
-            && [self.last_time, self.open_until].into_iter().all(time)
+            && time(self.open_until)
             && self.first.is_none_or(|first| first.is_valid())
             && self.new.iter().all(Innovation::is_valid)
     }
@@ -231,7 +183,7 @@ impl First {
 }
 
 impl Innovation {
-    fn is_valid(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         let Self { value, variance } = *self;
         let there = value.is_finite() && variance > 0.0 && variance.is_finite();
         there || (value.is_nan() && variance.is_nan())
@@ -243,4 +195,3 @@ pub(crate) const MAX_INNOVATION: f64 = 1e8;
 const MAX_INTERVAL_S: f64 = 60.0;
 /// Longest outage that is distinguished from a longer one, s.
 const MAX_OUTAGE_S: f64 = 1e9;
-const MAX_SPREAD: f64 = MAX_INNOVATION * MAX_INNOVATION;

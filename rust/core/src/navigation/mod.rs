@@ -10,7 +10,10 @@
 //! B. M. Scherzinger, D. B. Reid, *Modified strapdown inertial navigator error models*, IEEE PLANS,
 //! 1994. P. G. Savage, *J. Guidance, Control, and Dynamics* 21(1) and 21(2), 1998.
 
+mod adaptive_noise;
+mod aid_gate;
 mod aiding;
+mod aids;
 mod bank;
 mod batch;
 mod coasting;
@@ -27,8 +30,10 @@ mod odometer;
 mod params;
 #[cfg(feature = "std")]
 mod smoother;
+mod usable;
 mod validity;
 
+pub use aids::{AID_SENSORS, Aid, AidCounts, AidReport, Reading, pressure_height};
 pub use bank::{NOISE_FACTORS, NavigationBank};
 pub use batch::{Batch, Known, Navigates, Next, Observed};
 pub use coasting::TakenFix;
@@ -41,6 +46,7 @@ pub use filter::{FixCounts, Inertial, NavigationFilter, Observer, Snapshot, Stat
 pub use fix::{Fix, Verdict};
 pub use motion::Motion;
 pub use odometer::Rolling;
-pub use params::{Adapt, Kind, NavigationParams, Start, Wheels};
+pub use params::{Adapt, AidParams, Kind, NavigationParams, Start, Wheels};
 #[cfg(feature = "std")]
 pub use smoother::{Record, Smoothed};
+pub use usable::{LIMITS, Limits, OUTPUTS, WHEELED_LIMITS};

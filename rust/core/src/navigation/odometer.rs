@@ -3,7 +3,9 @@
 use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::covariance::{ANTENNA, Constants, ConstantsCovariance, GYRO, PHI, Row, STATES, V};
+use super::covariance::{
+    ANTENNA, CONSTANTS, Constants, ConstantsCovariance, GYRO, PHI, Row, STATES, V,
+};
 use super::filter::{NavigationFilter, Observer};
 use super::params::Wheels;
 use crate::error::{Error, require};
@@ -167,7 +169,11 @@ impl NavigationFilter {
             }
             h
         });
-        let of = |yaw: f64, pitch: f64| [0.0, yaw, pitch, 0.0, 0.0, 0.0];
+        let of = |yaw: f64, pitch: f64| {
+            let mut row = [0.0; CONSTANTS];
+            (row[1], row[2]) = (yaw, pitch);
+            row
+        };
         let constants = [of(-speed.y, speed.z), of(speed.x, 0.0), of(0.0, -speed.x)];
         WheelRows { speed, errors, constants }
     }

@@ -1,8 +1,10 @@
 //! Parameters of the navigation filter, and its state before it runs.
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::earth::MAX_LATITUDE;
+use super::usable::{self, Limits};
 use crate::error::{Error, check_not_negative, require};
 
 /// Kind of a sensor sample.
@@ -38,6 +40,54 @@ pub struct Wheels {
     pub speed_sigma: f64,
 }
 
+/// Parameters of the aids.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct AidParams {
+    /// White noise of a barometric height that states none, m, and walk of its reference, m/√s.
+    pub barometer_sigma: f64,
+    /// See `barometer_sigma`.
+    pub barometer_walk: f64,
+    /// Standard deviation of the compass's offset before the first reading, rad, and its walk, rad/√s.
+    pub compass_sigma: f64,
+    /// See `compass_sigma`.
+    pub compass_walk: f64,
+    /// From the first to the second antenna, body axes, m.
+    pub baseline: Option<[f64; 3]>,
+}
+
+impl Default for AidParams {
+    fn default() -> Self {
+        Self {
+            barometer_sigma: 0.5,
+            barometer_walk: 0.02,
+            compass_sigma: 0.035,
+            compass_walk: 0.001,
+            baseline: None,
+        }
+    }
+}
+
+impl AidParams {
+    fn validate(&self) -> Result<(), Error> {
+        let sigma = self.barometer_sigma;
+        require((1e-3..=1e3).contains(&sigma), "barometer_sigma", "from 0.001 to 1000 m", sigma)?;
+        let walk = self.barometer_walk;
+        require((0.0..=1e2).contains(&walk), "barometer_walk", "from 0 to 100 m/sqrt(s)", walk)?;
+        let sigma = self.compass_sigma;
+        require((0.0..=3.14).contains(&sigma), "compass_sigma", "from 0 to 3.14 rad", sigma)?;
+        let walk = self.compass_walk;
+        require((0.0..=1.0).contains(&walk), "compass_walk", "from 0 to 1 rad/sqrt(s)", walk)?;
+        let Some(baseline) = self.baseline else { return Ok(()) };
+        let length = Vector3::from(baseline).norm();
+        require(
+            (0.01..=MAX_LEVER).contains(&length),
+            "baseline",
+            "from 0.01 to 1000 m long",
+            length,
+        )
+    }
+}
+
 /// Parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NavigationParams {
@@ -68,6 +118,10 @@ pub struct NavigationParams {
     pub covariance_step: f64,
     /// Kind of a sample.
     pub kind: Kind,
+    /// Of barometer, compass and baseline.
+    pub aids: AidParams,
+    /// Standard deviations up to which outputs are usable.
+    pub limits: Limits,
 }
 
 /// Farthest antenna or axle, m.
@@ -116,6 +170,8 @@ impl NavigationParams {
         require(self.gate > 0.0, "gate", "a positive number", self.gate)?;
         let step = self.covariance_step;
         require((1e-4..=1.0).contains(&step), "covariance_step", "from 0.0001 to 1 s", step)?;
+        self.aids.validate()?;
+        usable::validate(&self.limits)?;
         Ok(self)
     }
 }

@@ -8,8 +8,8 @@
 use nalgebra::{Cholesky, Const, SMatrix, SVector, Vector3};
 
 use super::covariance::{
-    CONSTANTS, Constants, ConstantsCovariance, Covariance, Errors, PHI, STATES, Scalar, Transition,
-    V,
+    CONSTANTS, CONSTANTS_WITHOUT_AIDS, Constants, ConstantsCovariance, Covariance, Errors, PHI,
+    STATES, Scalar, Transition, V,
 };
 use super::filter::Observer;
 use super::motion::Motion;
@@ -23,8 +23,10 @@ type Column<const N: usize> = SVector<f64, N>;
 type Rows<const N: usize, const W: usize> = [[f64; W]; N];
 type Triangle = [f64; STATES * (STATES + 1) / 2];
 
-/// Errors and constants.
-const ALL: usize = STATES + CONSTANTS;
+/// Errors and constants: of a filter without barometer and compass, and of one with them. A product
+/// takes three rows at a time: the last one has a row more, zero.
+const WITHOUT_AIDS: usize = STATES + CONSTANTS_WITHOUT_AIDS;
+const ALL: usize = (STATES + CONSTANTS).next_multiple_of(3);
 
 /// One step of the covariance.
 #[derive(Debug, Clone)]
@@ -52,7 +54,7 @@ struct Prior {
 }
 
 /// The steps of a filter, for smoothing: 1.9 kB each and 0.4 for each scalar that was measured
-/// there, and 1.1 kB more where constants are estimated.
+/// there, and 1.7 kB more where constants are estimated.
 #[derive(Debug, Clone, Default)]
 pub struct Record {
     nodes: Vec<Node>,
@@ -120,8 +122,10 @@ impl Observer for Record {
         let Some(node) = self.nodes.last_mut().filter(|_| self.refused.is_none()) else { return };
         node.found.iter_mut().zip(found).for_each(|(all, more)| *all += more);
         (node.after, node.velocity) = (pack(covariance), motion.velocity);
-        if let (Some(constants), Some(extra)) = (self.constants.last_mut(), covariance.1) {
-            *constants = extra;
+        match (self.constants.last_mut(), covariance.1) {
+            (Some(constants), Some(extra)) => *constants = extra,
+            (None, Some(extra)) => self.refused = try_push(&mut self.constants, extra).err(),
+            _ => {}
         }
         let unexplained = self.scalars.len() == node.scalars || self.widened;
         node.scalars = self.scalars.len();
@@ -192,11 +196,14 @@ impl Record {
     /// The smoothed steps, from the last to the first; with standard deviations, which take a
     /// multiple of the time, or NaN in their place.
     pub fn smoothed(&self, deviations: bool) -> Box<dyn Iterator<Item = Smoothed> + Send + '_> {
-        match (self.constants.is_empty(), deviations) {
-            (true, true) => Box::new(self.back::<STATES, 16, true>()),
-            (true, false) => Box::new(self.back::<STATES, 16, false>()),
-            (false, true) => Box::new(self.back::<ALL, 24, true>()),
-            (false, false) => Box::new(self.back::<ALL, 24, false>()),
+        let aided = self.constants.last().map(|last| last.aided);
+        match (aided, deviations) {
+            (None, true) => Box::new(self.back::<STATES, 16, true>()),
+            (None, false) => Box::new(self.back::<STATES, 16, false>()),
+            (Some(false), true) => Box::new(self.back::<WITHOUT_AIDS, 24, true>()),
+            (Some(false), false) => Box::new(self.back::<WITHOUT_AIDS, 24, false>()),
+            (Some(true), true) => Box::new(self.back::<ALL, 24, true>()),
+            (Some(true), false) => Box::new(self.back::<ALL, 24, false>()),
         }
     }
 
@@ -352,7 +359,7 @@ impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
         let vector = Column::<N>::from_fn(|i, _| self.vector[i]);
         let matrix = full(&self.matrix);
         let found = Column::<N>::from_fn(|i, _| match i.checked_sub(STATES) {
-            Some(k) => constants[k],
+            Some(k) => constants.get(k).copied().unwrap_or(0.0),
             None => found[i],
         });
         let inverse = inverse(&before);
@@ -443,7 +450,8 @@ impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
 fn all<const N: usize, const W: usize>(errors: &[f64; 16], constants: &Constants) -> [f64; W] {
     let mut row = [0.0; W];
     row[..STATES].copy_from_slice(&errors[..STATES]);
-    row[STATES..N].copy_from_slice(&constants[..N - STATES]);
+    let count = CONSTANTS.min(N - STATES);
+    row[STATES..STATES + count].copy_from_slice(&constants[..count]);
     row
 }
 
@@ -461,12 +469,13 @@ fn rows<const N: usize, const W: usize>(
         }
     }
     if let Some(extra) = extra {
-        for i in STATES..N {
+        let count = CONSTANTS.min(N - STATES);
+        for i in STATES..STATES + count {
             for j in 0..STATES {
                 let cross = extra.cross[i - STATES][j];
                 (rows[i][j], rows[j][i]) = (cross, cross);
             }
-            rows[i][STATES..N].copy_from_slice(&extra.own[i - STATES][..N - STATES]);
+            rows[i][STATES..STATES + count].copy_from_slice(&extra.own[i - STATES][..count]);
         }
     }
     rows
@@ -519,10 +528,13 @@ fn pack(covariance: &Covariance) -> Triangle {
 
 #[cfg(test)]
 mod tests {
-    use super::{ALL, Column, Full, Observer, Record, STATES, Scalar, Transition, V, inverse};
+    use super::{
+        ALL, CONSTANTS, Column, Full, Observer, Record, STATES, Scalar, Transition, V, inverse,
+    };
     use crate::navigation::covariance::{Constants, Covariance, Errors, PHI};
     use crate::navigation::{
-        Adapt, Fix, Inertial, Kind, Motion, NavigationFilter, NavigationParams, Start,
+        Adapt, Aid, AidParams, Fix, Inertial, Kind, LIMITS, Motion, NavigationFilter,
+        NavigationParams, Reading, Start,
     };
     use nalgebra::Vector3;
 
@@ -547,6 +559,7 @@ mod tests {
         Matrix::from_fn(|i, j| match (i < STATES, j < STATES, &covariance.1) {
             (true, true, _) => covariance.at(i, j),
             (_, _, None) => 0.0,
+            _ if i.max(j) >= STATES + CONSTANTS => 0.0,
             (true, false, Some(extra)) => extra.cross[j - STATES][i],
             (false, true, Some(extra)) => extra.cross[i - STATES][j],
             (false, false, Some(extra)) => extra.own[i - STATES][j - STATES],
@@ -627,7 +640,7 @@ mod tests {
 
     /// A body that sways about a place for 40 s. Fixes come four times a second, with an outage, one
     /// that is rejected, and from 30 s on they are far off, so that the filter gives way.
-    fn observe_run(antenna_sigma: f64, consider_antenna: bool) -> Watched {
+    fn observe_run(antenna_sigma: f64, consider_antenna: bool, aided: bool) -> Watched {
         let start = Start {
             quaternion: [1.0, 0.0, 0.0, 0.0],
             heading_known: true,
@@ -655,6 +668,8 @@ mod tests {
             adapt: Adapt::Fixed,
             covariance_step: 0.1,
             kind: Kind::Rate,
+            aids: AidParams::default(),
+            limits: LIMITS,
         };
         let mut filter = NavigationFilter::new(start, params).expect("parameters");
         let mut watched = Watched::default();
@@ -665,6 +680,9 @@ mod tests {
             watched.sample(k as usize);
             let sample = Inertial { time, gyro, accel, rest: false };
             filter.update_before(&sample, &mut watched).expect("in order");
+            if aided && k % 10 == 3 {
+                take_aids(&mut filter, time, &mut watched);
+            }
             if k % 12 == 0 && !(12.0..19.0).contains(&time) {
                 let far = if k == 600 - 24 || time > 30.0 { 1e-4 } else { 0.0 };
                 let noise = 1e-8 * f64::from(k * 7919 % 13);
@@ -683,10 +701,30 @@ mod tests {
         watched
     }
 
+    /// Of a barometer and a compass, which are disturbed for a while, and two antennas.
+    fn take_aids(filter: &mut NavigationFilter, time: f64, watched: &mut Watched) {
+        let wave = (13.0 * time).sin();
+        let step = if (20.0..36.0).contains(&time) { 1.0 } else { 0.0 };
+        let height = 130.0 + 0.5 * wave + 9.0 * step;
+        let heading = filter.motion.heading() + 0.02 * wave + step;
+        let (sin, cos) = filter.motion.heading().sin_cos();
+        let readings = [
+            Reading::Height(height),
+            Reading::Heading(heading),
+            Reading::Baseline([cos, sin, 0.01 * wave], Some([1.0, 0.0, 0.0])),
+        ];
+        for reading in readings {
+            let aid = Aid { time, reading, sigma: [0.05; 3] };
+            filter.update_aid_before(&aid, watched).expect("a reading");
+        }
+    }
+
     #[test]
     fn it_says_what_rauch_tung_and_striebel_say() {
-        for (antenna_sigma, considered) in [(0.0, false), (0.1, false), (0.1, true)] {
-            let watched = observe_run(antenna_sigma, considered);
+        let cases = [(0.0, false), (0.1, false), (0.1, true)];
+        let all = cases.into_iter().flat_map(|case| [(case, false), (case, true)]);
+        for ((antenna_sigma, considered), aided) in all {
+            let watched = observe_run(antenna_sigma, considered, aided);
             let smoothed = watched.smoothed();
             let found: Vec<_> = watched.record.smoothed(true).collect();
             assert_eq!(found.len(), smoothed.len());
@@ -715,7 +753,7 @@ mod tests {
 
     #[test]
     fn errors_are_the_same_without_deviations() {
-        let watched = observe_run(0.1, false);
+        let watched = observe_run(0.1, false, true);
         let [with, without] = [true, false].map(|deviations| watched.record.smoothed(deviations));
         for (one, other) in with.zip(without) {
             assert_eq!((one.before, one.after), (other.before, other.after));

@@ -2,13 +2,14 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::covariance::{CONSTANTS, ConstantsCovariance, Covariance, STATES};
+use super::covariance::{BAROMETER, COMPASS, CONSTANTS, ConstantsCovariance, Covariance, STATES};
 use super::earth::{MAX_HEIGHT, MAX_LATITUDE};
 use super::filter::{FixCounts, MAX_SAMPLE, MAX_SIZES, NavigationFilter, Sensors, Sums};
 use super::innovation_gate::MAX_INNOVATION;
 use super::motion::Motion;
 use super::odometer::{MAX_CONSTANT, MAX_SPEED, Odometer, Rolled};
 use super::params::{MAX_BIAS, MAX_LEVER};
+use super::usable::OUTPUTS;
 use crate::checkpoint::Checkpoint;
 use crate::math::Symmetric;
 use crate::math::validity::{are_within, is_count, is_size, is_whole, is_within};
@@ -40,6 +41,10 @@ impl Checkpoint for NavigationFilter {
             && (self.last_used.is_nan() || is_within(self.last_used, self.sensors.time))
             && is_count(self.sensors.samples)
             && self.fixes.is_valid()
+            && self.aids.is_valid()
+            && (!self.aids.has_started() || (self.heading_known && !self.navigating))
+            && usize::from(self.usable) < 1 << OUTPUTS.len()
+            && (self.navigating || self.usable == 0)
     }
 }
 
@@ -95,6 +100,7 @@ impl Covariance {
         whole.is_covariance(10.0 * MAX_SIZES[0])
             && (0..CONSTANTS).all(|k| symmetric(k) && extra.cross[k][STATES] == 0.0)
             && extra.found == [0.0; CONSTANTS]
+            && (extra.aided || !(extra.has(BAROMETER) || extra.has(COMPASS)))
     }
 }
 

@@ -18,7 +18,9 @@ use zerorate_core::calibrate::{
 use zerorate_core::checkpoint::{self, Checkpoint};
 use zerorate_core::drift::{DriftNumber, PublishedFilter};
 use zerorate_core::navigation::foot::{FootFilter, FootParams};
-use zerorate_core::navigation::{Adapt, Kind, NavigationFilter, NavigationParams, Start, Wheels};
+use zerorate_core::navigation::{
+    Adapt, AidParams, Kind, LIMITS, NavigationFilter, NavigationParams, Start, Wheels,
+};
 use zerorate_core::position::{
     POSITION_CONSTANTS, POSITION_METHODS, PositionConstants, PositionFilter, PositionMethod,
     PositionParams,
@@ -353,6 +355,8 @@ fn navigation(draw: &mut Draw) -> Result<NavigationFilter, Error> {
         adapt: draw.one_of(&[Adapt::Inflate, Adapt::Free, Adapt::Fixed]),
         covariance_step: draw.number(0.1),
         kind: draw.one_of(&[Kind::Rate, Kind::Increment]),
+        aids: AidParams::default(),
+        limits: LIMITS,
     };
     let start = Start {
         time: draw.one_of(&[0.0, -0.01, -1e9, 1e-300]),

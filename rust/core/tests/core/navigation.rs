@@ -5,7 +5,8 @@ use crate::forged::{CHECKSUM, HEADER, WORDS, forged};
 use proptest::prelude::*;
 use zerorate_core::checkpoint;
 use zerorate_core::navigation::{
-    Adapt, Fix, Inertial, Kind, NavigationFilter, NavigationParams, STATES, Start, Wheels,
+    Adapt, AidParams, Fix, Inertial, Kind, LIMITS, NavigationFilter, NavigationParams, STATES,
+    Start, Wheels,
 };
 
 /// Of the places in the content, every so manyth is forged in one case.
@@ -27,6 +28,8 @@ pub fn filter(wheeled: bool, adapt: Adapt, kind: Kind) -> NavigationFilter {
         adapt,
         covariance_step: 0.1,
         kind,
+        aids: AidParams::default(),
+        limits: LIMITS,
     };
     let start = Start {
         time: 0.0,

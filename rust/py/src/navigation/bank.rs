@@ -4,9 +4,11 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use zerorate_core::Error;
 use zerorate_core::navigation::{
-    Adapt, Fix, FixCounts, Inertial, Kind, NavigationBank as Core, NavigationParams, STATES,
+    Adapt, Aid, AidParams, AidReport, Fix, FixCounts, Inertial, Kind, NavigationBank as Core,
+    NavigationParams, OUTPUTS, Reading, STATES,
 };
 
+use super::aids::{aided, limits_of, of_aids, one_sigma, take_aid};
 use super::{
     ACCEL, ADAPTS, Arrays, GYRO, KINDS, Navigator, STATUSES, VERDICTS, begun, choice, degrees,
     densities, lever, named, navigating, radians, sigmas, three, wheels,
@@ -34,7 +36,7 @@ use crate::common::streaming::{exclusive, reading, streaming};
 ///     State before the first sample, as ``zr.align`` returns it.
 /// gyro, accel, gyro_vibration, antenna, antenna_sigma, consider_antenna, vehicle, axle, wheel_sigma, speed_sigma :
 ///     As in `zerorate.NavigationFilter`. State the least noise that the sensors may have.
-/// gate, adapt, covariance_step, kind :
+/// gate, adapt, covariance_step, kind, barometer_sigma, barometer_walk, compass_sigma, compass_walk, baseline, limits :
 ///     As in `zerorate.NavigationFilter`.
 ///
 /// Raises
@@ -66,6 +68,7 @@ impl NavigationBank {
 streaming!(NavigationBank);
 
 navigating!(NavigationBank, Core);
+aided!(NavigationBank);
 
 #[pymethods]
 impl NavigationBank {
@@ -73,10 +76,11 @@ impl NavigationBank {
     /// `Track` of the filters shown, which cannot be smoothed: ``keep`` must be "track".
     #[pyo3(
         signature = (
-            imu, gnss=None, *, rest=None, wheel_speed=None, time_offset=None, keep="track"
+            imu, gnss=None, *, rest=None, wheel_speed=None, time_offset=None, keep="track",
+            height=None, pressure=None, heading=None, baseline=None
         ),
         text_signature = "($self, imu, gnss=None, *, rest=None, wheel_speed=None, \
-            time_offset=0.0, keep='track')"
+            time_offset=0.0, keep='track', height=None, pressure=None, heading=None, baseline=None)"
     )]
     // The arguments are those of the method in Python.
     #[allow(clippy::too_many_arguments)]
@@ -88,18 +92,23 @@ impl NavigationBank {
         wheel_speed: Option<&Bound<'py, PyAny>>,
         time_offset: Option<&Bound<'py, PyAny>>,
         keep: &str,
+        height: Option<&Bound<'py, PyAny>>,
+        pressure: Option<&Bound<'py, PyAny>>,
+        heading: Option<&Bound<'py, PyAny>>,
+        baseline: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         choice("keep", keep, &["track"])?;
+        let aids = (height, pressure, heading, baseline);
         rules::call(
             slf.py(),
             Rule::Navigate,
-            (slf, imu, gnss, (rest, wheel_speed), time_offset, false),
+            (slf, imu, gnss, (rest, wheel_speed, aids), time_offset, false),
         )
     }
 
     /// Do the work of ``process`` with arrays, as of ``NavigationFilter.process_arrays``: ``record``
     /// must be False, and the second value returned is None.
-    #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false, wheel_speed=None))]
+    #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false, wheel_speed=None, aids=None))]
     // The arguments are those of the method in Python.
     #[allow(clippy::too_many_arguments)]
     fn process_arrays<'py>(
@@ -111,13 +120,14 @@ impl NavigationBank {
         rest: Option<&Bound<'py, PyAny>>,
         record: bool,
         wheel_speed: Option<&Bound<'py, PyAny>>,
+        aids: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyDict>, Option<Bound<'py, PyAny>>)> {
         if record {
             let text = "record must be False: a bank keeps no steps for the smoother";
             return Err(crate::common::errors::about("record", text.to_owned()));
         }
         let [gyro, accel] = &arrays::taken(slf, ["gyro", "accel"], [Some(gyro), Some(accel)])?;
-        let given = Arrays { time, gyro, accel, fixes, rest, wheel_speed };
+        let given = Arrays { time, gyro, accel, fixes, rest, wheel_speed, aids };
         let mut this = exclusive(slf)?;
         let outputs =
             given.run(slf.py(), &mut this.shared, |batch, bank, piece, next, known| {

@@ -12,7 +12,8 @@ use crate::navigation::covariance::{Covariance, Errors, GYRO, PHI, R, STATES, V}
 use crate::navigation::earth::LocalEarth;
 use crate::navigation::filter::{Inertial, NavigationFilter, Observer, Sums, quaternion};
 use crate::navigation::motion::{Motion, rotation};
-use crate::navigation::params::{Adapt, Kind, NavigationParams, Start};
+use crate::navigation::params::{Adapt, AidParams, Kind, NavigationParams, Start};
+use crate::navigation::usable::LIMITS;
 
 /// White noise of gyro and accelerometer, squares, rad²/s and m²/s³, and walks of their biases.
 const GYRO_NOISE: f64 = 0.05 * DEGREE * 0.05 * DEGREE;
@@ -111,6 +112,8 @@ impl Walker {
             // The nodes are counted elsewhere, in samples.
             covariance_step: 1.0,
             kind: Kind::Rate,
+            aids: AidParams::default(),
+            limits: LIMITS,
         };
         let mut filter = NavigationFilter::new(start, params)?;
         filter.update(&Inertial { time, gyro, accel, rest: false })?;

@@ -1,0 +1,186 @@
+"""Readings of a barometer, a compass and the baseline of two antennas, with separate times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.faults import ArgumentError
+from zerorate.record.missing import floats
+from zerorate.types import Booleans, Floats, Integers
+
+AID_KINDS: Final = ("height", "pressure", "heading", "baseline")
+"""Kinds of readings, in the order of their numbers in ``NavigationFilter.process_arrays``."""
+
+OUTPUTS: Final = ("position", "height", "velocity", "attitude", "heading")
+"""Columns of `Track.usable`."""
+
+_AXES: Final = {"height": 1, "pressure": 1, "heading": 1, "baseline": 3}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Aid:
+    """Readings of a sensor, for ``NavigationFilter.process``.
+
+    Parameters
+    ----------
+    time : array_like, shape (k,)
+        Time of each reading, s, rising, on the clock of the sensors.
+    value : array_like, shape (k,) or (k, 3)
+        Readings: height, m, pressure, Pa, or heading, rad; of a baseline the vector north, east,
+        down, m. NaN if missing.
+    sigma : float or array_like, shape (k,) or (k, 3), optional
+        Standard deviation in the unit of `value`; by default that of the filter.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit, times are not finite and rising, or a standard deviation is not
+        positive.
+
+    Examples
+    --------
+    >>> from zerorate.navigation import Aid
+    >>> Aid([0.0, 0.1, 0.2], [1.20, float("nan"), 1.21], sigma=0.05)
+    Aid(2 readings)
+    """
+
+    time: npt.ArrayLike
+    value: npt.ArrayLike
+    sigma: float | npt.ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        """Check the arguments."""
+        time, value = floats(self.time, "time"), floats(self.value, "value")
+        if time.ndim != 1 or value.shape not in ((len(time),), (len(time), 3)):
+            expected = f"({len(time)},) or ({len(time)}, 3)" if time.ndim == 1 else "(k,) or (k, 3)"
+            raise ArgumentError("value", f"must have shape {expected}, got {value.shape}")
+        if not (np.isfinite(time).all() and (np.diff(time) >= 0.0).all()):
+            raise ArgumentError("time", "must be finite and in order")
+        spread = floats(np.nan if self.sigma is None else self.sigma, "sigma")
+        if spread.ndim == 1 and value.ndim == 2 and spread.shape == time.shape != (3,):
+            spread = spread[:, np.newaxis]
+        if spread.ndim > value.ndim or (spread <= 0.0).any():
+            raise ArgumentError("sigma", "must be positive, one or of the shape of value")
+        spread = np.broadcast_to(spread, value.shape).copy()
+        for name, values in (("time", time), ("value", value), ("sigma", spread)):
+            object.__setattr__(self, name, values)
+
+    def __repr__(self) -> str:
+        """Return the number of readings."""
+        values = floats(self.value, "value")
+        missing = np.isnan(values) if values.ndim == 1 else np.isnan(values).any(axis=1)
+        return f"Aid({np.sum(~missing)} readings)"
+
+
+@dataclass(frozen=True, eq=False)
+class AidResults:
+    """Readings of an aid, and the filter's verdict on each.
+
+    Attributes
+    ----------
+    time, value : ndarray, shape (k,), and (k,) or (k, 3)
+        The readings, as in `Aid`.
+    verdict : ndarray of uint8, shape (k,)
+        An index of `zerorate.navigation.VERDICTS`.
+    nis : ndarray, shape (k,)
+        Normalised innovation squared, 1 on average, 3 of a baseline; NaN if refused.
+    taken : ndarray, shape (k,)
+        Time of the sample after which each reading was processed, s; NaN after the last sample.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(duration=60.0, seed=1)
+    >>> start = zr.align(drive.recording(), latitude=48.0, heading="course")
+    >>> nav = zr.NavigationFilter(start)
+    >>> height = drive.truth_position[:, 2] + 30.0
+    >>> track = nav.process(drive.recording(), drive.fixes, height=height)
+    >>> readings = track.aids["height"]
+    >>> zr.navigation.VERDICTS[readings.verdict[-1]], round(nav.height_reference)
+    ('used', 30)
+    """
+
+    time: Floats
+    value: Floats
+    verdict: npt.NDArray[np.uint8]
+    nis: Floats
+    taken: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class AidRows:
+    """Readings of all aids in the order of their times.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (a, 8)
+        Kind, time, reading and standard deviation of three axes, for ``process_arrays``.
+    """
+
+    rows: Floats
+
+    @classmethod
+    def of(cls, given: dict[str, npt.ArrayLike | Aid | None], time: Floats) -> AidRows:
+        """Return the rows of readings by kind, or of readings at each sample."""
+        parts = [
+            _pack(kind, aid if isinstance(aid, Aid) else _at_samples(kind, aid, time))
+            for kind, aid in given.items()
+            if aid is not None
+        ]
+        rows = np.concatenate(parts) if parts else np.empty((0, 8))
+        # In the order of kinds where times are equal.
+        return cls(rows[np.argsort(rows[:, 1], kind="stable")])
+
+    def results(self, outputs: dict[str, Any]) -> dict[str, AidResults]:
+        """Take the outputs of readings out of those of a filter, and return them by kind."""
+        verdict, nis, taken = (outputs.pop(f"aid_{name}") for name in ("verdict", "nis", "taken"))
+        kinds = self.rows[:, 0].astype(int)
+        found: dict[str, AidResults] = {}
+        for k in np.unique(kinds).tolist():
+            at: Integers = np.flatnonzero(kinds == k)
+            value = self.rows[at, 2:5] if _AXES[AID_KINDS[k]] == 3 else self.rows[at, 2]
+            parts = (self.rows[at, 1], value, verdict[at], nis[at], taken[at])
+            found[AID_KINDS[k]] = AidResults(*parts)
+        return found
+
+
+def _at_samples(kind: str, values: npt.ArrayLike, time: Floats) -> Aid:
+    found = floats(values, kind)
+    expected = (len(time),) if _AXES[kind] == 1 else (len(time), 3)
+    if found.shape != expected:
+        raise ArgumentError(kind, f"must have shape {expected}, or be an Aid, got {found.shape}")
+    there = np.isfinite(found)
+    present = there if there.ndim == 1 else there.all(axis=1)
+    return Aid(time[present], found[present])
+
+
+def _pack(kind: str, aid: Aid) -> Floats:
+    # Arrays, as `Aid` makes them of its arguments.
+    time, value, sigma = (np.asarray(part) for part in (aid.time, aid.value, aid.sigma))
+    axes = _AXES[kind]
+    if (value.ndim == 2) != (axes == 3):
+        raise ArgumentError(kind, f"must have {axes} number{'s' * (axes > 1)} at each time")
+    rows = np.zeros((len(time), 8))
+    rows[:, 0], rows[:, 1] = AID_KINDS.index(kind), time
+    rows[:, 2 : 2 + axes] = value.reshape(len(time), axes)
+    rows[:, 5:8] = sigma.reshape(len(time), axes)
+    return rows
+
+
+def unpack_usable(bits: npt.NDArray[np.uint8]) -> Booleans:
+    """Return the columns of `Track.usable`, shape (n, 5), from the filter's bits."""
+    powers = np.uint8(1) << np.arange(len(OUTPUTS), dtype=np.uint8)
+    columns: Booleans = (bits[:, np.newaxis] & powers) != 0
+    return columns
+
+
+def judge_sigma(sigma: Floats, limits: dict[str, float]) -> Booleans:
+    """Return the mask of outputs of a smoothed track within their limits, shape (n, 5)."""
+    parts = (slice(0, 2), slice(2, 3), slice(3, 6), slice(6, 8), slice(8, 9))
+    sizes = [np.sqrt((sigma[:, part] ** 2).sum(axis=1)) for part in parts]
+    within: Booleans = np.column_stack(sizes) <= [limits[name] for name in OUTPUTS]
+    return within
