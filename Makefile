@@ -72,6 +72,7 @@ nightly: $(TOOLS) ## Test for an hour or two what .ci/run tests for minutes
 	ZR_EVERY_ORDER=1 cargo test --quiet --package zerorate-core --no-default-features
 	cargo run --quiet --package zerorate-core --no-default-features --profile test --example controller
 	cargo test --quiet --package zerorate-benches --benches
+	cargo publish --quiet --dry-run --package zerorate-core
 	cargo clippy --quiet --package zerorate-bare -- -D warnings
 	cargo rustc --quiet --package zerorate-bare --profile bare --crate-type staticlib
 	cargo rustc --quiet $(BARE)
@@ -130,6 +131,7 @@ links: $(TOOLS) ## Ask other hosts whether the pages that docs/ links are there
 
 bench: $(TOOLS) ## Time filters and deviations against C and other packages
 	$(INSTALL) --group bench
+	$(INSTALL) --no-deps --target target/filterpy2 --upgrade 'filterpy>=2'
 	cargo bench --package zerorate-benches --bench attitude --bench filters --bench streaming --bench allan
 	$(BIN)/python -m pytest benches --benchmark-only
 
@@ -160,6 +162,8 @@ results: $(TOOLS) ## Rebuild the tables and figures of docs/ from recordings and
 	$(BIN)/python examples/navigation_studies.py
 	$(BIN)/python examples/navigation_vehicles.py
 	$(BIN)/python examples/clock_scenarios.py
+	$(BIN)/python examples/navigation_scenarios.py
+	$(BIN)/python examples/compass_study.py
 	$(BIN)/python examples/navigation_figures.py
 	$(BIN)/python examples/foot_study.py
 	$(BIN)/python examples/foot_machine.py

@@ -15,6 +15,7 @@ import warnings
 import numpy as np
 
 import peers
+from versions import print_versions
 from zerorate._native import allan_deviations, longest_factor
 
 ROUNDS = 7
@@ -110,6 +111,7 @@ def print_memory():
 
 
 def main():
+    print_versions("allantools", "cc")
     # First: a child's peak starts from that of the process that it is forked from.
     print_memory()
     slow = "--no-allantools" not in sys.argv

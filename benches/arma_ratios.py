@@ -15,6 +15,7 @@ from functools import partial
 import numpy as np
 
 import peers
+from versions import print_versions
 from zerorate.identification.arma import arma_grid, fit_arma
 
 ROUNDS = 5
@@ -79,6 +80,7 @@ def print_exact(n):
 
 
 def main():
+    print_versions("statsmodels", "cc")
     c, peer = peers.c_arma_grid(), "--no-statsmodels" not in sys.argv
     heads = f"{'ms':>10}{'to C':>8}{'passes':>10}{'in C':>10}{'gain':>10}{'statsmodels':>12}"
     print(f"{'grid':12}{'samples':>10}{heads}")

@@ -10,6 +10,7 @@ import numpy as np
 
 import zerorate as zr
 from ratios import least, print_table
+from versions import print_versions
 
 N = 50_000
 CALLS = 5_000
@@ -67,6 +68,7 @@ def seconds(run, z, count):
 
 
 def main():
+    print_versions()
     z, todo = samples(), list(rows())
     found = least([lambda run=run, n=n: seconds(run, z, n) for _, run, n in todo])
     print_table("A row of eight gyros of three axes", [name for name, *_ in todo], found)

@@ -12,6 +12,7 @@ from vqf import VQF
 
 import zerorate as zr
 from ratios import least, print_table
+from versions import print_versions
 
 N = 200_000
 CALLS = 20_000
@@ -76,6 +77,7 @@ def seconds(run, z):
 
 
 def main():
+    print_versions("vqf")
     todo = list(rows(samples()))
     found = least([lambda run=run, z=z: seconds(run, z) for _, run, z in todo])
     print_table("A sample of an IMU", [name for name, *_ in todo], found)

@@ -16,6 +16,7 @@ from imucal import FerrarisCalibration
 from imucal.ferraris_calibration import FerrarisSignalRegions
 
 import zerorate as zr
+from versions import print_versions
 from zerorate.geometry import rotations
 
 G = 9.80665
@@ -170,6 +171,7 @@ def methods(session, rests, names):
 
 
 def main(runs):
+    print_versions("imucal")
     print(f"{runs} records each; RMS of the errors, median of the times\n")
     head = f"{'placed wrong':14}{'method':26}{'gravity, mg':>13}{'rate, %':>11}{'time, ms':>11}"
     print(f"{head}  says")

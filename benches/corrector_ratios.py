@@ -12,6 +12,7 @@ import numpy as np
 import peers
 import zerorate as zr
 from ratios import least, print_table, seconds_per_sample
+from versions import print_versions
 
 N = 1_000_000
 CALLS = 50_000
@@ -93,6 +94,7 @@ def rows(z):
 
 
 def main():
+    print_versions("cc")
     z = {width: RNG.standard_normal((N, width)) for width in NEEDED}
     check({width: samples[:1000] for width, samples in z.items()})
     timed = list(rows(z))

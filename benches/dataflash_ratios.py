@@ -19,6 +19,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 import zerorate as zr
 from support.dataflash import KINDS, flight, write_dataflash, write_text
+from versions import print_versions
 from zerorate._native import dataflash_index
 from zerorate.io.readers.dataflash import parse_binary
 
@@ -80,6 +81,7 @@ def rate(path, work, rounds=ROUNDS):
 
 
 def main():
+    print_versions("pymavlink")
     megabytes = int(sys.argv[1]) if len(sys.argv) > 1 else 64
     with tempfile.TemporaryDirectory() as name:
         log, text = written(Path(name), megabytes << 20)

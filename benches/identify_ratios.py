@@ -16,6 +16,7 @@ from functools import partial
 import numpy as np
 
 import peers
+from versions import print_versions
 from zerorate.identification import fit_ar, select_order
 
 ROUNDS = 15
@@ -117,6 +118,7 @@ def print_row(row, with_peers):
 
 
 def main():
+    print_versions("statsmodels", "cc")
     print(f"{'task':30}{'samples':>11}{'ms':>11}{'to C':>8}  times zerorate's")
     for row in autoregression_rows():
         print_row(row, with_peers="--no-peers" not in sys.argv)

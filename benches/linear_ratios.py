@@ -10,7 +10,9 @@ import time
 import numpy as np
 
 import zerorate as zr
+from peers import filterpy_filter
 from ratios import least, print_table
+from versions import print_versions
 
 SIZES = [(2, 1), (4, 2), (6, 3), (8, 4), (10, 5)]
 STEPS, CALLS, FILTERPY_STEPS = 20_000, 20_000, 500
@@ -60,11 +62,9 @@ def calls(arguments, z):
     return lambda: seconds(work, len(rows))
 
 
-def filterpy(arguments, z):
-    from filterpy.kalman import KalmanFilter
-
+def filterpy(arguments, z, version):
     m, n = arguments["H"].shape
-    kf = KalmanFilter(dim_x=n, dim_z=m)
+    kf = filterpy_filter(version)(dim_x=n, dim_z=m)
     kf.x, kf.P = arguments["x0"][:, np.newaxis], arguments["P0"]
     for name in "FHQR":
         setattr(kf, name, arguments[name])
@@ -105,11 +105,13 @@ def simdkalman(arguments, z):
 
 
 def main():
+    print_versions("filterpy", "filterpy 2", "simdkalman")
     rng = np.random.default_rng(1)
     for n, m in SIZES:
         arguments, z = model(n, m), rng.standard_normal((STEPS, m))
         rows = {
-            "filterpy": filterpy(arguments, z),
+            "filterpy 1": filterpy(arguments, z, 1),
+            "filterpy 2": filterpy(arguments, z, 2),
             "process, states kept": batch(arguments, z, "state"),
             "process, all kept": batch(arguments, z, "all"),
             "predict and update, two calls": calls(arguments, z),

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import zerorate as zr
+from versions import print_versions
 
 
 def logged(rows):
@@ -26,6 +27,7 @@ def logged(rows):
 
 
 def main():
+    print_versions("mcap", "rosbags")
     rows = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
     log = logged(rows)
     with tempfile.TemporaryDirectory() as name:

@@ -13,6 +13,7 @@ import numpy as np
 import peers
 import zerorate as zr
 from ratios import least, print_table
+from versions import print_versions
 from zerorate.geometry.rotations import inverse, product
 from zerorate.navigation.events import pack_fixes
 
@@ -47,6 +48,7 @@ class InC:
 
 
 def main():
+    print_versions("cc")
     drive = zr.simulate_drive(duration=400.0)
     n, rows = len(drive.time), pack_fixes(drive.fixes)
     begin = zr.align(drive.recording(), latitude=48.0, heading="course")

@@ -7,6 +7,7 @@ printed where the peer cannot be built here.
 import ctypes
 import importlib.util
 import subprocess
+import sys
 import sysconfig
 import tempfile
 from pathlib import Path
@@ -17,6 +18,7 @@ SOURCE = Path(__file__).with_name("reference.c")
 DEVIATIONS = SOURCE.with_name("allan.c")
 AUTOREGRESSION = SOURCE.with_name("autoregression.c")
 ARMA = SOURCE.with_name("arma.c")
+FILTERPY_2 = Path(__file__).parents[1] / "target" / "filterpy2"
 BUILT = Path(tempfile.mkdtemp(prefix="zerorate-benches-"))
 
 
@@ -122,9 +124,30 @@ def numba_batch():
     return numba.njit(process)
 
 
-def filterpy_batch():
-    """filterpy's Kalman filter alone, fixed model, sample by sample."""
-    from filterpy.kalman import KalmanFilter
+def filterpy_filter(version):
+    """The class KalmanFilter of filterpy 1 or 2; the second is in a folder of its own."""
+    if version == 1:
+        return importlib.import_module("filterpy.kalman").KalmanFilter
+    if not FILTERPY_2.is_dir():
+        raise ImportError("filterpy 2 is not in target/filterpy2: make bench installs it")
+    others = {name: sys.modules.pop(name) for name in [*sys.modules] if _is_filterpy(name)}
+    sys.path.insert(0, str(FILTERPY_2))
+    try:
+        return importlib.import_module("filterpy.kalman").KalmanFilter
+    finally:
+        sys.path.remove(str(FILTERPY_2))
+        for name in filter(_is_filterpy, [*sys.modules]):
+            del sys.modules[name]
+        sys.modules.update(others)
+
+
+def _is_filterpy(module):
+    return module.partition(".")[0] == "filterpy"
+
+
+def filterpy_batch(version):
+    """The Kalman filter of filterpy 1 or 2 alone, fixed model, sample by sample."""
+    KalmanFilter = filterpy_filter(version)
 
     def run(z):
         kalman = KalmanFilter(dim_x=3, dim_z=1)

@@ -12,6 +12,7 @@ import numpy as np
 
 import peers
 import zerorate as zr
+from versions import print_versions
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
@@ -96,7 +97,8 @@ def batch_rows():
         ("zerorate fading, small G0, default", _filter(process_noise=1e-4), N),
         ("zerorate fading, order (1, 1)", _filter(order=(1, 1)), N),
         ("zerorate fading, order (3, 3)", _filter(order=(3, 3)), N),
-        ("filterpy, Kalman alone", peers.filterpy_batch(), 5_000),
+        ("filterpy 1, Kalman alone", peers.filterpy_batch(1), 5_000),
+        ("filterpy 2, Kalman alone", peers.filterpy_batch(2), 5_000),
         ("NumPy oracle", _oracle, 2_000),
     ]
 
@@ -125,6 +127,7 @@ def print_table(title, names, values):
 
 
 def main():
+    print_versions("cc", "numba", "filterpy", "filterpy 2")
     z = np.random.default_rng(1).standard_normal(N)
     rows = batch_rows()
     for _, run, _ in rows:

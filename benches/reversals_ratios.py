@@ -11,6 +11,7 @@ from scipy.stats import kendalltau
 from zerorate.identification.reverse_arrangements import reverse_arrangements
 
 import peers
+from versions import print_versions
 from zerorate._native import reversals
 
 ROUNDS = 7
@@ -34,6 +35,7 @@ def seconds(run, z):
 
 
 def main():
+    print_versions("scipy", "cc")
     runs = {
         "zerorate, count alone": reversals,
         "zerorate, whole test": lambda z: reverse_arrangements(z, segments=None),

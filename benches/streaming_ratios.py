@@ -11,6 +11,7 @@ import numpy as np
 import peers
 import zerorate as zr
 from ratios import least, print_table, seconds_per_sample
+from versions import print_versions
 
 N = 1_000_000
 CALLS = 50_000
@@ -59,6 +60,7 @@ def one_by_one(octaves):
 
 
 def main():
+    print_versions("cc")
     z = np.random.default_rng(1).standard_normal(N)
     check(z)
     rows = [

@@ -10,6 +10,7 @@ import pywt
 
 import zerorate as zr
 from ratios import least, print_table, seconds_per_sample
+from versions import print_versions
 
 N = 1_000_000
 CALLS = 20_000
@@ -71,6 +72,7 @@ def rows_of(rows, z):
 
 
 def main():
+    print_versions("PyWavelets")
     z = np.random.default_rng(1).standard_normal(N)
     check(z)
     whole = [

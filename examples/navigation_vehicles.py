@@ -156,7 +156,7 @@ def stated_antenna_rows():
     }
     for name, (kind, size, options) in cases.items():
         drives = []
-        for seed in SEEDS:
+        for seed in SEEDS[:5]:
             random = np.random.default_rng([seed, 7])
             antenna = size * random.uniform((-1, -1, -2), (1, 1, 0))
             drive = simulate_vehicle(kind, SECONDS, seed=seed, antenna=antenna, **options)

@@ -10,19 +10,24 @@ from base64 import b64encode
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import partial
 from html import escape
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
     import pandas  # type: ignore[import-untyped]
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 __all__ = [
     "FigureError",
+    "OneArray",
     "Result",
+    "Shown",
     "Tabular",
     "View",
     "add_registrar",
@@ -39,11 +44,15 @@ __all__ = [
 
 
 class View(NamedTuple):
-    """The functions that make a result's table, figure and page, ``"module:name"`` each."""
+    """The functions that make a result's table, figure and page, ``"module:name"`` each.
+
+    `main` is the index of the figure's main panel.
+    """
 
     table: str
     figure: str
     page: str = ""
+    main: int = 0
 
 
 _FIGURE_WIDTH_PX: Final = 380.0
@@ -57,6 +66,7 @@ _ROW_STYLE: Final = "display: flex; flex-wrap: wrap; gap: 1.5em; align-items: fl
 _VIEWS: dict[str, View] = {}
 _REGISTRARS: list[str] = []
 _COLUMN_MAKERS: list[str] = []
+_PANEL_DRAWERS: list[str] = []
 
 
 def add_registrar(module: str) -> None:
@@ -64,14 +74,16 @@ def add_registrar(module: str) -> None:
     _REGISTRARS.append(module)
 
 
-def register(package: str, views: Mapping[str, View], columns: str) -> None:
+def register(package: str, views: Mapping[str, View], columns: str, panels: str) -> None:
     """Register the views of results, by ``"module.Class"`` within a package.
 
     Nothing is imported before the first request for a view. `columns` names the function that turns
-    any log or result into columns and metadata, ``"module:name"``.
+    any log or result into columns and metadata, ``"module:name"``; `panels` the one that draws
+    panels of a figure into given axes.
     """
     _VIEWS.update({f"{package}.{name}": view for name, view in views.items()})
     _COLUMN_MAKERS[:] = [columns]
+    _PANEL_DRAWERS[:] = [panels]
 
 
 def table_of(result: object, *arguments: object) -> str:
@@ -79,8 +91,10 @@ def table_of(result: object, *arguments: object) -> str:
     return str(_load_function(_view_of(result).table)(result, *arguments))
 
 
-def figure_of(result: object, *arguments: object) -> Figure:
-    """Return the figure of a result.
+def figure_of(
+    result: object, *arguments: object, ax: Axes | Sequence[Axes] | None = None
+) -> Figure:
+    """Return the figure of a result; with `ax`, draw its main panel there and return its figure.
 
     Raises
     ------
@@ -89,7 +103,11 @@ def figure_of(result: object, *arguments: object) -> Figure:
     TypeError
         If there is none for its class.
     """
-    figure: Figure = _load_function(_view_of(result).figure)(result, *arguments)
+    view = _view_of(result)
+    draw = partial(_load_function(view.figure), result, *arguments)
+    figure: Figure = (
+        draw() if ax is None else _load_function(_PANEL_DRAWERS[0])(draw, ax, view.main)
+    )
     return figure
 
 
@@ -240,18 +258,50 @@ def _columns_of(tabular: object) -> tuple[dict[str, Any], dict[str, str]]:
     return parts
 
 
-class Result(Tabular):
-    """A result of a task: every one has `table`, `plot`, `save`, `str` and `to_arrow`."""
+class Shown(Tabular):
+    """A log or result that shows itself: as a text, a figure, and in notebooks."""
 
     __slots__ = ()
 
     def table(self) -> str:
-        """Return the result as text, for a terminal or a page."""
+        """Return the table as text, for a terminal or a page."""
         return table_of(self)
 
-    def plot(self) -> Figure:
-        """Return the figure; ImportError without matplotlib, of the extra ``plot``."""
-        return figure_of(self)
+    def plot(self, *, ax: Axes | Sequence[Axes] | None = None) -> Figure:
+        """Return the figure; ImportError without matplotlib, of the extra ``plot``.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, or a sequence of them, optional
+            Draw the main panel into these axes, and return their figure. Several axes get the main
+            panel and those that follow it. Letters are scaled to matplotlib's ``font.size``.
+        """
+        return figure_of(self, ax=ax)
+
+    def _repr_html_(self) -> str:
+        """Return the view in a notebook: the table and the figure, small."""
+        return html_of(self)
+
+
+class OneArray:
+    """A log or result that is one array, which NumPy takes: ``numpy.asarray(x)``."""
+
+    __slots__ = ()
+    _array_field: ClassVar[str]
+
+    def __array__(
+        self, dtype: npt.DTypeLike | None = None, copy: bool | None = None
+    ) -> npt.NDArray[Any]:
+        """Return the array for ``numpy.asarray``: itself, unless a copy is requested."""
+        import numpy as np
+
+        return np.array(getattr(self, self._array_field), dtype=dtype, copy=copy)
+
+
+class Result(Shown):
+    """A result of a task: every one has `table`, `plot`, `save`, `str` and `to_arrow`."""
+
+    __slots__ = ()
 
     def save(
         self,
@@ -309,7 +359,3 @@ class Result(Tabular):
     def __str__(self) -> str:
         """Return the table."""
         return self.table()
-
-    def _repr_html_(self) -> str:
-        """Return the view in a notebook: the table and the figure, small."""
-        return html_of(self)

@@ -107,7 +107,7 @@ def test_a_wild_sample_in_a_rest_is_named_and_left_out(name, samples):
     # Of one rest of twenty a sample or two are missing.
     assert (np.abs(found.values - clean.values) <= 0.1 * sigmas(clean)).all()
     listed = ", ".join(f"{x:g}" for x in value)
-    (note,) = [note for note in found.notes if "in a rest" in note]
+    (note,) = [note for note in found.notes if "outlier" in note]
     assert f"the {name} " in note
     assert f"{listed} {simulated.recording[name].unit} at {place / 100.0:.3f} s" in note
 

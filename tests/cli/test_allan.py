@@ -101,7 +101,7 @@ class TestTable:
         assert code == 0
         assert "deviation unit" in one_line(text)
         assert "white noise unit/sqrt(Hz)" in one_line(text)
-        assert '"unit" is the unit of the samples. Exports to estimators need to know' in text
+        assert '"unit" is the unknown unit of the samples; exports to estimators need it.' in text
         assert sum("unit" in note for note in text.split("\n- ")[1:]) == 1
         code, text, errors = cli(*given, "--force", "--export", "kalibr")
         assert (code, text) == (2, "")

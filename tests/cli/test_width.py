@@ -14,7 +14,6 @@ import pytest
 import zerorate as zr
 from support.calibrations import write_imu
 from support.logs import write_gyros
-from zerorate.cli.app import COMMANDS
 
 WIDTHS = (60, 80, 200)
 # What each command answers: how its text begins.
@@ -83,7 +82,7 @@ NO_FILES = ("formats", "stream", "simulate", "compare")
 
 @pytest.mark.every(3)
 @pytest.mark.parametrize("width", WIDTHS)
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", TYPED)
 def test_lines_fit_and_the_answer_comes_first(call, folder, tmp_path, monkeypatch, name, width):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", str(width))

@@ -206,3 +206,23 @@ def test_a_decimal_comma_makes_the_point_no_number(tmp_path):
 def test_parsers_agree_on_any_cell(tmp_path_factory, cells, mark):
     rows = [["2.5", "ok", "3.5"], *(["1.5", "ok", cell] for cell in cells)]
     agreed(written(tmp_path_factory.mktemp("cells"), table(mark, rows)))
+
+
+@pytest.mark.parametrize("odd", ['5.00,"0.5"', '"5.00","0.5"', '# "so"', '# "so', "", "% 5,6"])
+def test_a_quote_or_remark_costs_its_own_line_alone(tmp_path, monkeypatch, odd):
+    """Lines are taken apart one by one where they have quotes, however many others there are."""
+    taken = []
+    for name in ("split_cells", "has_stray_quotes"):
+        own = getattr(parsers, name)
+        told = lambda line, mark, own=own: taken.append(line) or own(line, mark)  # noqa: E731
+        monkeypatch.setattr(parsers, name, told)
+    counts = []
+    for rows in (400, 4000):
+        lines = [f"{k / 100:.2f},{k % 7 - 3}.5" for k in range(rows)]
+        lines[rows // 2 : rows // 2] = [odd] if "5.00" not in odd else []
+        lines[100] = odd if "5.00" in odd else lines[100]
+        taken.clear()
+        log = read_log(written(tmp_path, ["time_s,gyro_x_dps", *lines]), rate=100)
+        assert log.n == rows
+        counts.append(len(taken))
+    assert counts[0] == counts[1] < 200

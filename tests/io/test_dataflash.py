@@ -30,7 +30,8 @@ def test_all_sensors_of_a_flight(tmp_path, name):
     rows = flight(N)
     recording = zr.read_recording(WRITERS[name](tmp_path / name, rows))
     kinds = ("gyro", "accel", "temperature", "gyro_1", "accel_1", "temperature_1")
-    assert recording.names == (*kinds, "mag", "position", "velocity", "reference")
+    others = ("mag", "pressure", "height", "position", "velocity", "reference")
+    assert recording.names == (*kinds, *others)
     for imu, suffix in enumerate(["", "_1"]):
         gyro, accel = recording[f"gyro{suffix}"], recording[f"accel{suffix}"]
         assert (gyro.rate, gyro.unit, accel.unit) == (50, "rad/s", "m/s^2")

@@ -22,7 +22,7 @@ def test_every_column_of_a_table(tmp_path):
         "by its suffix .csv, and no other format begins so",
     )
     (topic,) = told.topics
-    assert [tuple(vars(one).values()) for one in topic.columns] == [
+    assert [tuple(one) for one in topic.columns] == [
         ("time_s", "time", "s, by its name", "time"),
         *((f"gyro_{a}_dps", f"gyro {a}", "deg/s, by its name", "gyro") for a in "xyz"),
         *((f"accel_{a}", f"accel {a}", "not known", "accel") for a in "xyz"),

@@ -31,13 +31,17 @@ def test_reports_and_checks(kind):
     check("check", zr.check(source).to_json())
 
 
-@pytest.mark.parametrize("command", ["replay", "allan", "report"])
+@pytest.mark.parametrize("command", ["replay", "allan", "report", "check"])
 def test_the_records_of_a_batch(command, tmp_path):
-    gyro = recording("hand")["gyro"]
-    zr.write_log(gyro, tmp_path / "a.parquet")
-    zr.batch(tmp_path, tmp_path / "out", command=command, workers=1)
-    records = [path for path in (tmp_path / "out").rglob("*.json") if "models" not in path.name]
+    source = recording("hand")
+    source["gyro"].to_pandas().merge(source["accel"].to_pandas()).to_parquet(tmp_path / "a.parquet")
+    assert not zr.batch(tmp_path, tmp_path / "out", command=command, workers=1).failed
+    written = sorted((tmp_path / "out").rglob("*.json"))
+    records = [path for path in written if not path.stem.endswith(("-models", "-findings"))]
     assert records
+    for path in {*written} - {*records}:
+        if command == "check":
+            check("check", path.read_text(encoding="utf-8"))
     for path in records:
         check("batch", path.read_text(encoding="utf-8"))
 

@@ -59,6 +59,21 @@ def _repeats(t, some, seed):
     }
 
 
+def _sent_again(t, seed):
+    """Rows of which a third or so is a sample once more, with its stamp or with one of its own."""
+    rng, rate, n = np.random.default_rng(seed), 1.0 / t[1], len(t)
+    left_out = {"tell": "with no clock of their own", "part": 2.0 / 3.0}
+    first = np.cumsum(np.append(0, rng.random(n - 1) < 2.0 / 3.0))
+    first = np.searchsorted(first, first)
+    stamps = np.cumsum(np.append(0, np.diff(first) > 0)) / (rate * 2.0 / 3.0)
+    polled = np.cumsum(rng.uniform(0.6, 1.4, n)) / rate
+    seen = np.floor(polled * rate * 2.0 / 3.0).astype(np.int64)
+    return {
+        "sent twice": Stamped(first, stamps, **left_out),
+        "polled": Stamped(np.searchsorted(seen, seen), np.round(polled, 6), **left_out),
+    }
+
+
 def _blocks(t, size, digits=3):
     i = np.arange(len(t))
     return np.round(t[np.minimum(i // size * size + size - 1, len(t) - 1)], digits)
@@ -113,4 +128,5 @@ def forms(rate, n, seed=1):
         "a rate far off": _of(t / 1.04, exact=False, tell="not at the rate stated"),
         "wandering": _of(t + 0.05 * np.sin(2.0 * np.pi * t / 30.0), exact=False),
         **_repeats(t, some, seed),
+        **_sent_again(t, seed),
     }

@@ -541,7 +541,89 @@ def documents() -> Iterator[Kind]:
     )  # fmt: skip
 
 
-KINDS = {one.__name__: one for one in (consoles, documents, clocks, columns, torn, texts)}
+def numbers() -> Iterator[Kind]:
+    """Yield numbers as countries, languages and devices write them, and sensors by number."""
+    head = "t_s,gx_dps,gy_dps,gz_dps\n"
+    for seed in (31, 32):
+        gyro = 25.0 * truth(seed)[0].round(2)
+        gyro[seed : seed + 40] += 1500.0
+        t = [f"{950 + i / 100:,.2f}" for i in range(N)]
+        t_plain = [950 + round(i / 100, 2) for i in range(N)]
+        told = {"said": ("between thousands",), "to": 1e-3}
+        cells = [t, *([f"{v:,.4f}" for v in axis] for axis in gyro.T)]
+        quoted = [[f'"{cell}"' for cell in own] for own in cells]
+        yield Kind(f"quoted thousands {seed}", head + rows(*quoted), gyro, **told)
+        for sep in ";\t":
+            text = head.replace(",", sep) + rows(*cells, sep=sep)
+            yield Kind(f"thousands by {sep!r} {seed}", text, gyro, **told)
+            for mark in ("'", "\u202f", "\u2019", "\u00a0"):
+                yield Kind(f"{mark!r} by {sep!r}", text.replace(",", mark), gyro, **told)
+            german = text.translate(str.maketrans(",.", ".,"))
+            yield Kind(f"points by {sep!r} {seed}", german, gyro, **told)
+        plain = "remark; of a\tlog\n" + head + rows(t_plain, np.abs(gyro[:, :2]), gyro[:, 2])
+        yield Kind(
+            f"commas alone {seed}", plain, np.column_stack([np.abs(gyro[:, :2]), gyro[:, 2]])
+        )
+        commas = [[f'"{cell}"'.replace(".", ",") for cell in own] for own in cells]
+        commas = [[cell.replace(",", "", cell.count(",") - 1) for cell in own] for own in commas]
+        said = {"said": ("decimal points",), "to": 1e-3}
+        yield Kind(f"quoted decimal commas {seed}", head + rows(*commas), gyro, **said)
+        powers = [
+            [f"{v:.6E}".replace("E", letter) for v in axis] for axis in gyro.T for letter in "D"
+        ]
+        for sep in (" ", ",", "  "):
+            text = head.replace(",", sep) + rows(_times("s", 3.0), *powers, sep=sep)
+            yield Kind(f"Fortran by {sep!r}", text, gyro, said=("Fortran",), to=1e-3, file="a.txt")
+        counts = np.rint(gyro * 16).astype(int)
+        for form in ("0x{:04X}", "0x{:04x}", "0X{:04X}"):
+            own = [[form.format(v & 0xFFFF) for v in axis] for axis in counts.T]
+            text = "millis,gx,gy,gz\n" + rows(_times("ms", 2.0), *own)
+            yield Kind(f"counts {form}", text, counts, said=("hexadecimal",))
+        stamps = [f"0x{v:X}" for v in _times("ms", 32.5)]
+        yield Kind("stamps in hexadecimal", head.replace("_s", "_ms") + rows(stamps, gyro), gyro)
+    yield from _compact_dates()
+    yield from _android()
+
+
+def _compact_dates() -> Iterator[Kind]:
+    """Yield dates and times without marks, over a full minute, hour, or day."""
+    for seed, clock in enumerate(("12:00:58.500", "12:59:58.990", "23:59:59.100")):
+        gyro, _ = truth(50 + seed)
+        start = np.datetime64(f"2024-02-28T{clock}", "ms")
+        stamps = (start + 10 * np.arange(N)).astype(str).tolist()
+        plain = [stamp.replace("-", "").replace(":", "") for stamp in stamps]
+        head = "Timestamp,gx_dps,gy_dps,gz_dps\n"
+        for name, own in (
+            ("T", plain), ("zone", [f"{one}Z" for one in plain]),
+            ("blank", [one.replace("T", " ") for one in plain]),
+            ("comma", [f'"{one.replace(".", ",")}"' for one in plain]),
+            ("one number", [one.replace("T", "").replace(".", "") for one in plain]),
+            ("a low line", [one.replace("T", "_") for one in plain]),
+        ):  # fmt: skip
+            yield Kind(f"compact dates, {name}, {clock}", head + rows(own, gyro), gyro)
+
+
+def _android() -> Iterator[Kind]:
+    """Yield rows of sensors by the numbers that Android has for them."""
+    gyro, force = truth(60)
+    rates, metres = np.radians(gyro), force * 9.80665
+    ns = [5_000_000_000 + 10_000_000 * i for i in range(N)]
+    told = {"said": ("Android",), "file": "log.csv", "to": 1e-3}
+    for head, form in (
+        ("sensor_type,timestamp,x,y,z\n", "{s},{t},{v}"), ("", "{t},{s},{v}"), ("", "{s},{t},{v}"),
+        ("timestamp,sensor,x,y,z\n", "{t},{s},{v}"),
+        ("time;type;accuracy;value0;value1;value2\n", "{t};{s};3;{v}"),
+        ("timestamp,sensorType,accuracy,values[0],values[1],values[2]\n", "{t},{s},3,{v}"),
+    ):  # fmt: skip
+        lines = []
+        for i in range(N):
+            for s, own in ((1, metres), (4, rates), (2, 40.0 * force)):
+                v = (";" if ";" in form else ",").join(f"{x:.6f}" for x in own[i])
+                lines.append(form.format(s=s, t=ns[i] + 1000 * s, v=v))
+        yield Kind(f"Android {form} {head}", head + "\n".join(lines) + "\n", rates, metres, **told)
+
+
+KINDS = {one.__name__: one for one in (consoles, documents, clocks, columns, torn, texts, numbers)}
 
 
 def kinds() -> list[Kind]:

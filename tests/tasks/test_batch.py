@@ -247,7 +247,10 @@ def test_records_are_json_beside_the_logs(logs, batch, tmp_path):
         ),
         ({"unit": "miles"}, "unknown unit 'miles'"),
         ({"unit": "deg/s,g"}, "unknown unit 'deg/s,g'"),
-        ({"command": "identify"}, "command must be 'replay' or 'allan' or 'report', got"),
+        (
+            {"command": "identify"},
+            "command must be 'replay' or 'allan' or 'report' or 'check'",
+        ),
         ({"rate": -1.0}, "rate"),
         ({"format": "xls"}, "format must be one of"),
         ({"rest_limit": -1.0}, "rest_limit must be a positive number"),

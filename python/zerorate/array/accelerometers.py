@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final, Literal, NamedTuple, TypeAlias
+from typing import ClassVar, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from zerorate.array.rotations import parse_vectors
 from zerorate.faults import ArgumentError
+from zerorate.geometry.scipy_rotation import RotationLike, as_matrices
 from zerorate.record.missing import floats
 from zerorate.record.named import convert_to_unit, rate_of
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import canonical, convert, kind
-from zerorate.views import Result
+from zerorate.views import OneArray, Result
 
 AccelWeights: TypeAlias = Literal["auto", "mean", "white"]
 
@@ -60,7 +61,7 @@ _RIDGE: Final = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class FusedAccelerometers(Result):
+class FusedAccelerometers(OneArray, Result):
     """One accelerometer fused from N, with the weights and residuals of each; n samples.
 
     Attributes
@@ -90,6 +91,8 @@ class FusedAccelerometers(Result):
     ((500, 3), (500, 3), False)
     """
 
+    _array_field: ClassVar[str] = "accel"
+
     accel: Floats
     weights: Floats
     excluded: Booleans
@@ -113,7 +116,7 @@ def fuse_accelerometers(
     rate_fused: npt.ArrayLike,
     rate: float | None = None,
     *,
-    rotations: npt.ArrayLike | None = None,
+    rotations: RotationLike | None = None,
     positions: npt.ArrayLike | None = None,
     weights: AccelWeights | npt.ArrayLike = "auto",
     limit: float | None = None,
@@ -359,10 +362,10 @@ def _parse_rates(rate_fused: npt.ArrayLike, n: int) -> Floats:
     return np.where(np.abs(rates) <= _MAX_RATE_RAD_S, rates, np.nan)
 
 
-def _parse_rotations(rotations: npt.ArrayLike | None, sensors: int) -> Floats | None:
+def _parse_rotations(rotations: RotationLike | None, sensors: int) -> Floats | None:
     if rotations is None:
         return None
-    matrices = floats(rotations, "rotations")
+    matrices = floats(as_matrices(rotations), "rotations")
     if matrices.shape != (sensors, 3, 3):
         raise ArgumentError("rotations", f"must have shape ({sensors}, 3, 3), got {matrices.shape}")
     for k, matrix in enumerate(matrices):
@@ -496,7 +499,7 @@ def _vote_on_block(
 def _vote_on_sensors(forces: Floats, lever_error: Floats, noise: Floats, rate: float) -> _Vote:
     """Return the sensors (n, N) that are outliers from the median of all.
 
-    They should be `forces` but for `lever_error` (n, N), which is infinite where it is unknown.
+    They should equal `forces` up to `lever_error` (n, N), which is infinite where it is unknown.
     """
     middle = _sensor_median(forces)
     differences = forces - middle[:, np.newaxis]

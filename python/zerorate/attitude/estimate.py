@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Final, TypeAlias, cast
+from typing import Any, ClassVar, Final, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,7 @@ from zerorate.attitude.options import ATTITUDE_METHODS
 from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.geometry.frames import FRAMES, Frame, from_enu, in_enu
 from zerorate.geometry.rotations import about_z, euler_angles, product
+from zerorate.geometry.scipy_rotation import Oriented
 from zerorate.metrics.orientation import (
     Heading,
     OrientationErrors,
@@ -28,7 +29,7 @@ from zerorate.record import Log, LogError, Poses, Recording
 from zerorate.record.log import FORWARD_RIGHT_DOWN
 from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats, Integers
-from zerorate.views import Result
+from zerorate.views import OneArray, Result
 
 METHODS: Final = ATTITUDE_METHODS
 """Methods of `zerorate.Attitude`."""
@@ -50,7 +51,7 @@ _MOMENT_FIELDS: Final = ("gyro_matrix", "gyro_matrix_sigma")
 
 
 @dataclass(frozen=True, eq=False)
-class AttitudeEstimate(Result):
+class AttitudeEstimate(Oriented, OneArray, Result):
     """Attitude of a body over a recording of n samples, as `zerorate.estimate_attitude` returns it.
 
     Parameters
@@ -104,6 +105,8 @@ class AttitudeEstimate(Result):
     (2000, (2000, 3), True)
     """
 
+    _array_field: ClassVar[str] = "quaternion"
+
     time: Floats
     rate: float
     quaternion: Floats
@@ -141,13 +144,6 @@ class AttitudeEstimate(Result):
         north over east, in ENU from east over north.
         """
         return euler_angles(self.quaternion)
-
-    @property
-    def rotation(self) -> Any:  # noqa: ANN401
-        """The orientations as a ``scipy.spatial.transform.Rotation``."""
-        from scipy.spatial.transform import Rotation
-
-        return Rotation.from_quat(self.quaternion, scalar_first=True)
 
     @property
     def gyro_matrix(self) -> Floats:
@@ -326,7 +322,7 @@ def attitude_of(
     requested_frame, frame = frame, frame or _default_frame(samples.log)
     uses_mag = samples.mag is not None
     _check_declination(declination, uses_mag)
-    # The filter refuses what it does not know.
+    # The filter refuses unknown names.
     settings: Any = {"mag": uses_mag, "frame": frame, "method": method, **constants}
     filter_: Any = Attitude(samples.log.rate, **settings)
     report = choose_reporter(progress)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from typing import TYPE_CHECKING, Literal, Self
@@ -40,6 +41,7 @@ from zerorate.types import Booleans, Floats
 from zerorate.views import Result, figure_of
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from zerorate.calibration.temperature import TemperatureModel
@@ -240,7 +242,11 @@ class Calibration(Result):
         return convert_units(self, gyro or self.gyro_units[0], accel or self.accel_units[0])
 
     def plot(
-        self, recording: Recording | None = None, panels: Literal["usual", "all"] = "usual"
+        self,
+        recording: Recording | None = None,
+        panels: Literal["usual", "all"] = "usual",
+        *,
+        ax: Axes | Sequence[Axes] | None = None,
     ) -> Figure:
         """Return the figure of the calibration, 180 mm wide; needs matplotlib.
 
@@ -251,13 +257,18 @@ class Calibration(Result):
             `zerorate.calibrate`.
         panels : {"usual", "all"}
             The usual panels, or the raw log of the gyro as well.
+        ax : matplotlib Axes, or a sequence of them, optional
+            Axes for the length of gravity at rest before and after, and for the panels that follow
+            it. The recording is not drawn.
 
         Raises
         ------
         ImportError
             Without matplotlib, of the extra ``plot``.
         """
-        return figure_of(self, recording or self.recording, panels == "all")
+        return figure_of(
+            self, (recording or self.recording) if ax is None else None, panels == "all", ax=ax
+        )
 
     def __repr__(self) -> str:
         """Return one line with the verdict and the data."""

@@ -49,7 +49,7 @@ def gyro_correction(calibration: Calibration, name: str) -> Floats:
     Raises
     ------
     ValueError
-        If the unit of the samples is none of rates; `name` says whose they are.
+        If the unit of the samples is not an angular rate; `name` is the name of their source.
     """
     gyro = calibration.gyro
     try:

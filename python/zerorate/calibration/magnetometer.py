@@ -168,7 +168,7 @@ class MagnetometerCalibration(Result):
         Parameters
         ----------
         samples : Recording or array_like, shape (n, 3)
-            Unit of `unit`. Where nothing is applied they stay as they were, to the last bit.
+            Unit of `unit`. If nothing is applied they are returned unchanged.
         time : array_like, shape (n,), optional
             Seconds on the clock of this calibration's recording: each sample then has the hard
             iron of its span. Without, and of another recording, that of the longest group counts.

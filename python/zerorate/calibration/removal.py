@@ -48,7 +48,7 @@ def convert_units(calibration: Calibration, gyro: str, accel: str) -> Calibratio
     Raises
     ------
     ValueError
-        If a unit is none of its sensor, or unknown on one side only.
+        If a unit does not fit its sensor, or is unknown on one side only.
     """
     of_gyro = _unit_factor(calibration.gyro_units[0], gyro, "gyro")
     of_accel = _unit_factor(calibration.accel_units[0], accel, "accel")

@@ -184,9 +184,9 @@ def _check_gyro(ticks: _Ticks, gyro: Log, name: str) -> _GyroCheck:
 
     def refitted() -> Floats:
         args = (ticks.rates, ticks.forces, starts, length, biases[0, 0])
-        found = check_fit(*args, fits=False)[0]
+        refitted_result = check_fit(*args, fits=False)[0]
         # If nothing fits, raise no alarm.
-        return found if found.size else np.zeros(len(starts))
+        return refitted_result if refitted_result.size else np.zeros(len(starts))
 
     decision = decide(Costs(costs, null, _COST_FLOOR), refit=refitted)
     spans = ticks.spans(starts, length, decision.decisive)

@@ -146,6 +146,10 @@ COMMANDS: Final = {
         usual="-o --unit --columns --rate --floor --smooth --at --heading --calibration "
         "--no-figure --force",
     ),
+    "mcp": Command(
+        "Let an assistant measure the logs in a folder (Model Context Protocol).",
+        ("zerorate mcp logs",),
+    ),
     "formats": Command(
         "List the formats that are read and written, or explain how a file is read.",
         ("zerorate formats imu.csv",),

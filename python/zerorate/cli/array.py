@@ -86,8 +86,8 @@ class OfArray:
             limits = {name: options[name] for name in _LIMITS if name in options}
             weights = _WEIGHTS[0] if self.weights is None else self.weights
             return {"rotations": self.rotations, "weights": weights, **limits, **fusion}
-        given = {"--rotations": self.rotations, "--weights": self.weights}
-        names = [name for name, value in given.items() if value is not None]
+        texts_by_flag = {"--rotations": self.rotations, "--weights": self.weights}
+        names = [name for name, value in texts_by_flag.items() if value is not None]
         names += map(_fusion_flag, fusion)
         if names:
             raise UsageFault(f"only --array takes {' and '.join(names)}")
@@ -98,7 +98,7 @@ def check_alone(options: Mapping[str, Any], **typed: bool) -> None:
     """Raise a usage fault for options without meaning for an array."""
     others = [flag(name) for name in options if name not in ("method", *_LIMITS)]
     others += ["--method"] if options["method"] != "auto" else []
-    others += [own_flag(name) for name, given in typed.items() if given]
+    others += [own_flag(name) for name, is_given in typed.items() if is_given]
     others = ["--figure all" if name == "--figure" else name for name in others]
     if others:
         verb = "has" if len(others) == 1 else "have"

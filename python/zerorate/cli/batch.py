@@ -21,7 +21,7 @@ _READING: Final = ReadingOptions(
     without=("group_by",),
     help={
         "unit": "Unit of the gyro: rad/s, deg/s or deg/h. Needed if the columns' names lack it; "
-        "values are not converted. For --command allan or report and for --calibration "
+        "values are not converted. For other commands than replay and for --calibration "
         "with that of the accelerometer: deg/s,g."
     },
 )
@@ -29,11 +29,14 @@ _READING: Final = ReadingOptions(
 
 def batch(
     *,
-    logs: Annotated[list[str], Argument("Folders, logs, or patterns: 'logs/**/*.parquet'.")],
+    logs: Annotated[
+        list[str],
+        Argument("Folders, logs, patterns: 'logs/**/*.parquet'; or addresses: s3://bucket/logs."),
+    ],
     output: Annotated[Path, Option("Folder of the results.", "-o --output", metavar="FOLDER")],
     command: Annotated[
-        Literal["replay", "allan", "report"],
-        Option("Task for each log: replay (filter), allan (noise) or report."),
+        Literal["replay", "allan", "report", "check"],
+        Option("Task for each log: replay (filter), allan (noise), report or check (units, axes)."),
     ] = "replay",
     report: Annotated[bool, Option("Same as --command report, with an overview.html.")] = False,
     workers: Annotated[
@@ -63,13 +66,13 @@ def batch(
     no_accel: NoAccel = False,
     force: Annotated[bool, Option("Process finished logs again.")] = False,
 ) -> None:
-    """Filter many logs, find their noise, or report on them; finished logs are skipped."""
-    if report and command == "allan":
-        raise UsageFault("--report is --command report: omit --command allan")
+    """Filter many logs, find their noise, report on or check them; finished logs are skipped."""
+    if report and command not in ("replay", "report"):
+        raise UsageFault(f"--report is --command report: omit --command {command}")
     command = "report" if report else command
     if command != "replay":
-        given = True if no_accel else None
-        _check_unused(command, options, format=format, calibration=calibration, no_accel=given)
+        unused = True if no_accel else None
+        _check_unused(command, options, format=format, calibration=calibration, no_accel=unused)
         options = {}
     else:
         check_filter_options(options, [options["method"]])
@@ -91,6 +94,6 @@ def batch(
 def _check_unused(command: str, options: Mapping[str, Any], **others: object) -> None:
     """Raise a usage fault for filter options with another task, except the default method."""
     usual = FILTER_OPTIONS["method"].default
-    given = [flag(name) for name, value in options.items() if (name, value) != ("method", usual)]
-    for option in [*given, *(flag(name) for name, value in others.items() if value is not None)]:
+    used = [flag(name) for name, value in options.items() if (name, value) != ("method", usual)]
+    for option in [*used, *(flag(name) for name, value in others.items() if value is not None)]:
         raise UsageFault(f"{option} has no effect with --command {command}, only with replay")

@@ -22,6 +22,7 @@ from zerorate.cli.parameters import Argument, Option, option
 from zerorate.cli.reading import PANEL, Reading, ReadingOptions
 from zerorate.cli.values import parse_numbers
 from zerorate.io.mounting import mounting_of
+from zerorate.navigation.aids import OUTPUTS
 from zerorate.navigation.options import NAVIGATION_OPTIONS
 from zerorate.record.mounting import Mounting
 from zerorate.tasks.navigate import navigate as find_track
@@ -42,6 +43,17 @@ def _parse_lengths(flag: str, text: str) -> list[float]:
     if min(lengths) <= 0.0:
         raise UsageFault(f"{flag} takes lengths above 0 s, got '{text}'")
     return lengths
+
+
+def _parse_limits(flag: str, text: str) -> dict[str, float]:
+    pairs = [part.partition("=") for part in text.split(",")]
+    limits = {name.strip(): _number(value) for name, _, value in pairs}
+    if not set(limits) <= set(OUTPUTS) or not all(0.0 < one < math.inf for one in limits.values()):
+        raise UsageFault(
+            f"{flag} takes limits above 0 such as position=5,heading=0.1, of "
+            f"{', '.join(OUTPUTS)}, got '{text}'"
+        )
+    return limits
 
 
 def _parse_heading(flag: str, text: str) -> float | str:
@@ -120,10 +132,13 @@ class _Run:
     )
     gyro_noise: Path | None = option(
         None,
-        "Gyro noise (JSON of zerorate allan --export json). By default that of a consumer sensor.",
+        "Gyro noise (JSON of zerorate allan --export json, or Kalibr's imu.yaml). By default that "
+        "of a consumer sensor.",
         metavar="MODEL",
     )
-    accel_noise: Path | None = option(None, "Accelerometer noise (the same JSON).", metavar="MODEL")
+    accel_noise: Path | None = option(
+        None, "Accelerometer noise (a file of the same kind).", metavar="MODEL"
+    )
     noise: Literal["auto", "stated"] = option(
         "auto",
         "Process noise. auto: fitted so that errors without fixes agree with their sigma; stated "
@@ -163,6 +178,53 @@ class _Body:
         "Metres for each tick of --wheel-ticks, to some per cent. Default: from the receiver's "
         "speed.",
         metavar="M",
+    )
+    pressure: str | None = option(
+        None,
+        "Column of a barometer's pressure. By default it is found by its name, e.g. pressure_hpa.",
+        metavar="COLUMN",
+    )
+    pressure_unit: Literal["Pa", "hPa", "kPa", "bar", "inHg", "mmHg", "psi"] | None = option(
+        None, "Unit of the pressure. By default by its name, or its size at the fixes' height."
+    )
+    baro_height: str | None = option(
+        None,
+        "Column of a barometer's height, m, instead of its pressure. By default it is found by its "
+        "name, e.g. baro_alt_m.",
+        metavar="COLUMN",
+    )
+    compass: str | None = option(
+        None,
+        "Column of a compass's heading, or that of two antennas. By default it is found by its "
+        "name, e.g. heading_deg.",
+        metavar="COLUMN",
+    )
+    compass_unit: Literal["deg", "rad"] | None = option(
+        None, "Unit of the heading. By default by its name, its size or the motion."
+    )
+    mag: bool = option(False, "Use the magnetometer as a compass, calibrated by its motion.")
+    baseline: Sequence[float] | None = option(
+        None,
+        "Vector from the first to the second antenna, m. Forward, right, down; for measured "
+        "vectors between two antennas.",
+        metavar="X,Y,Z",
+        parse=_PARSE_VECTOR,
+    )
+    baseline_columns: str | None = option(
+        None,
+        "Columns of the measured vector north, east, down, m. By default they are found by name, "
+        "e.g. baseline_north_m.",
+        metavar="N,E,D",
+    )
+    aids: Literal["auto", "stated"] = option(
+        "auto", "Aids. auto: those found by name too. stated: only those of the options above."
+    )
+    limits: Mapping[str, float] | None = option(
+        None,
+        "Largest standard deviations of usable outputs, e.g. position=5,heading=0.1. Names: "
+        "position, height (m), velocity (m/s), attitude, heading (rad).",
+        metavar="NAME=LIMIT",
+        parse=_parse_limits,
     )
     antenna: Sequence[float] | None = option(
         None,

@@ -298,10 +298,10 @@ def parse(options: Sequence[Option], words: Sequence[str], hint: Hint) -> dict[s
             rest = [] if one.many else rest
     known = {one.name: one for one in options}
     values: dict[str, Any] = {}
-    for name, given in texts.items():
+    for name, typed in texts.items():
         taken = known[name]
         value = bool if taken.is_flag else taken.value
-        values[name] = [*map(value, given)] if taken.many else value(given[-1])
+        values[name] = [*map(value, typed)] if taken.many else value(typed[-1])
     for one in options:
         if one.default is REQUIRED and one.name not in values:
             called = one.name if isinstance(one, Argument) else one.on[0]
@@ -330,12 +330,12 @@ def _texts(
             flag, attached, text = word[:2], word[2:], word[2:]
         if flag not in flags:
             raise UsageFault(unknown("option", flag, [*flags], hint))
-        one, given = flags[flag], text if attached else None
+        one, typed = flags[flag], text if attached else None
         if one.is_flag and attached:
             raise UsageFault(f"Option '{flag}' does not take a value.")
-        if not one.is_flag and given is None and (given := next(left, None)) is None:
+        if not one.is_flag and typed is None and (typed := next(left, None)) is None:
             raise UsageFault(f"Option '{flag}' requires an argument.")
-        texts.setdefault(one.name, []).append(flag in one.on if one.is_flag else given)
+        texts.setdefault(one.name, []).append(flag in one.on if one.is_flag else typed)
     return texts, rest
 
 

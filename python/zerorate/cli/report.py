@@ -8,7 +8,7 @@ from zerorate.cli.errors import DataFault, UsageFault
 from zerorate.cli.options import Force, LogArgument, Output
 from zerorate.cli.outputs import parts_of, print_written
 from zerorate.cli.parameters import Argument, Option
-from zerorate.cli.reading import Reading, ReadingOptions
+from zerorate.cli.reading import OF_IMU, Reading, ReadingOptions
 from zerorate.faults import render_text
 from zerorate.findings.finding import count_noun
 from zerorate.tasks.report import report as report_on
@@ -33,7 +33,7 @@ def report(
             metavar="FILE",
         ),
     ] = None,
-    reading: Annotated[Reading, ReadingOptions()],
+    reading: Annotated[Reading, ReadingOptions(help=OF_IMU)],
     fail_on: Annotated[
         Literal["act", "look", "none"],
         Option("Exit with 1 if a finding is this severe or worse, and print a line for each."),

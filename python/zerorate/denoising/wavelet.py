@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import ClassVar, Literal, TypeAlias
 
 import numpy.typing as npt
 
 from zerorate import _native
 from zerorate.types import Floats, Integers
-from zerorate.views import Result
+from zerorate.views import OneArray, Result
 
 Wavelet: TypeAlias = Literal["haar", "db2", "db4", "db8"]
 Mode: TypeAlias = Literal["soft", "hard"]
@@ -17,7 +17,7 @@ LevelName: TypeAlias = Literal["auto", "psr", "psr-normalised"]
 
 
 @dataclass(frozen=True, eq=False)
-class Denoised(Result):
+class Denoised(OneArray, Result):
     """A denoised record.
 
     Attributes
@@ -42,6 +42,8 @@ class Denoised(Result):
     >>> found.signal.shape, round(float(found.threshold / found.sigma), 2)  # sqrt(2 ln n)
     ((20000,), 4.45)
     """
+
+    _array_field: ClassVar[str] = "signal"
 
     signal: Floats
     level: int | Integers

@@ -19,6 +19,7 @@ from zerorate.foot.swings import Swings
 from zerorate.foot.verdict import describe_doubts, refuse_other_bodies
 from zerorate.geometry.earth import offset_position
 from zerorate.geometry.rotations import product
+from zerorate.geometry.scipy_rotation import Oriented
 from zerorate.navigation.track import SmoothableTrack, Steps, interpolate_steps, smooth_steps
 from zerorate.numerals import shorten
 from zerorate.record import Log, LogError, Recording
@@ -83,7 +84,7 @@ class Origin(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FootTrack(SmoothableTrack, Result):
+class FootTrack(Oriented, SmoothableTrack, Result):
     """The track of a sensor on a foot over n samples, as `FootNavigation.process` returns it.
 
     The frame is fixed at the start, in m: x is the horizontal direction of the sensor's first axis,

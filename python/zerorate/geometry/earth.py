@@ -1,6 +1,6 @@
 """The earth of WGS84: its radii, gravity and rotation, and distances on it.
 
-Angles are in rad and lengths in m, but for positions in records: latitude and longitude in deg,
+Angles are in rad and lengths in m, except for positions in records: latitude and longitude in deg,
 height above the ellipsoid in m. Vectors point north, east and down.
 """
 

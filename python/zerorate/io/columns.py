@@ -12,29 +12,9 @@ import numpy as np
 from zerorate.faults import keyword_argument, make_sentence
 from zerorate.io.clocks.names import looks_like_time
 from zerorate.io.clocks.units import check_time_unit
-from zerorate.io.evidence import gyro_of_many, named_time, not_of_gyro, unnamed_time
 from zerorate.io.table import Table
-from zerorate.io.triads import (
-    Triad,
-    choose_triads,
-    describe_axes,
-    describe_others,
-    find_triads,
-    list_devices,
-    select_triads,
-)
-from zerorate.record.devices import several_devices
 from zerorate.record.log import LogError
-from zerorate.record.names import KIND_OF_UNIT, looks_like_gyro, meaning_of
-
-_AXES: Final = 3
-_KIND_NAMES: Final = {
-    "gyro": "a gyro",
-    "accel": "an accelerometer",
-    "mag": "a magnetometer",
-    "angle": "an angle",
-}
-_WANTED_NAMES: Final = {("gyro",): "a gyro", ("gyro", "accel"): "a gyro or an accelerometer"}
+from zerorate.record.names import looks_like_gyro
 
 SKIP: Final = "skip"
 """Treatment of torn lines where a caller gives one."""
@@ -76,7 +56,7 @@ class Timing:
             return table
         if self.column is False:
             return replace(table, time=None, timeless=True)
-        (index,) = _find_indices(table, self.column)
+        (index,) = find_indices(table, self.column)
         return replace(table, time=index)
 
     def apply_to_all(self, tables: Sequence[Table]) -> list[Table]:
@@ -93,49 +73,11 @@ class Timing:
         ]
 
 
-@dataclass(frozen=True)
-class ColumnChoice:
-    """Indices of the time column (None without one) and of the data columns, and notes."""
-
-    time: int | None
-    data: tuple[int, ...]
-    notes: tuple[str, ...] = ()
-
-
-def choose_columns(
-    table: Table,
-    columns: Columns,
-    kinds: Sequence[str] = ("gyro",),
-    sensor: str | None = None,
-    is_sole: bool = False,
-) -> ColumnChoice:
-    """Return the time column and the data columns of a table.
-
-    ``columns`` is the caller's request: names, indices, one of them, or None for one sensor
-    of each kind, which ``sensor`` may name; LogError for several of them where ``is_sole`` asks for
-    one. Of a table without names that is all but the time, if
-    these are three columns or fewer.
-    """
-    indices = None if columns is None else _find_indices(table, columns)
-    if table.names is None:
-        time, counters = unnamed_time(table, indices or ())
-    else:
-        time, counters = named_time(table, table.names, indices, kinds), ()
-    if indices is not None:
-        return ColumnChoice(time, indices)
-    if table.data is not None:
-        return ColumnChoice(time, table.data)
-    if table.names is None:
-        return ColumnChoice(time, *_choose_unnamed(table, {time, *counters}))
-    data, notes = _choose_sensors(table, table.names, time, kinds, sensor, is_sole)
-    return ColumnChoice(time, data, notes)
-
-
 def check_samples(table: Table, columns: Columns) -> None:
     """Raise LogError if a requested column holds the time."""
     if columns is None:
         return
-    for index in _find_indices(table, columns):
+    for index in find_indices(table, columns):
         name = table.label(index)
         if index != table.time and not (table.names is not None and looks_like_time(name)):
             continue
@@ -150,123 +92,8 @@ def check_samples(table: Table, columns: Columns) -> None:
         )
 
 
-def _choose_unnamed(
-    table: Table, excluded: set[int | None]
-) -> tuple[tuple[int, ...], tuple[str, ...]]:
-    """Return the columns of a table without names that are a gyro's, and the note on them.
-
-    Raises
-    ------
-    LogError
-        If they are many, or hold what no gyro measures.
-    """
-    data_columns = tuple(i for i in range(table.width) if i not in excluded)
-    if not data_columns:
-        raise _make_not_found_error("a gyro", table)
-    if len(data_columns) > _AXES:
-        likely = gyro_of_many(table, data_columns)[0] or data_columns[-_AXES:]
-        last = ",".join(map(str, likely))
-        raise LogError(
-            make_sentence(
-                f"the table has no names, and {len(data_columns)} columns apart from the time "
-                "are no gyro of "
-                "three axes; say which are, counted from 0, such as ",
-                keyword_argument("columns", last),
-            )
-        )
-    if (found := not_of_gyro(table, data_columns)) is not None:
-        why, left = found
-        columns = keyword_argument("columns", ",".join(map(str, left)))
-        raise LogError(
-            make_sentence(f"the table has no names, and {why}; ", columns, " reads as a gyro")
-        )
-    listed = ", ".join(map(table.label, data_columns))
-    return data_columns, (f"the table has no names: {listed} are read as a gyro",)
-
-
-def _choose_sensors(
-    table: Table,
-    names: tuple[str, ...],
-    time: int | None,
-    kinds: Sequence[str],
-    sensor: str | None,
-    is_sole: bool,
-) -> tuple[tuple[int, ...], tuple[str, ...]]:
-    """Return the columns of one sensor of each kind, and notes on them."""
-    triads = find_triads({i: name for i, name in enumerate(names) if i != time})
-    of_kinds = [triad for triad in triads if triad.kind in kinds]
-    if not of_kinds:
-        raise _make_not_found_error(_WANTED_NAMES[tuple(kinds)], table)
-    select_triads(of_kinds, sensor)
-    data: list[int] = []
-    notes: list[str] = []
-    for kind in kinds:
-        own = [triad for triad in of_kinds if triad.kind == kind]
-        own_sensor = sensor if _has_sensor(own, sensor) else None
-        devices = list_devices(own, names) if is_sole else ()
-        if own_sensor is None and len(devices) > 1:
-            raise several_devices(devices)
-        chosen, unread = choose_triads(own, own_sensor)
-        for triad in chosen:
-            own_names = [names[i] for i in triad.indices]
-            _check_axis_count(kind, own_names)
-            _check_unit(kind, own_names)
-            notes.extend(describe_axes(triad, own_names))
-            data.extend(triad.indices)
-        _check_unique([names[i] for triad in own for i in triad.indices])
-        label = ", ".join(names[i] for triad in chosen for i in triad.indices)
-        notes.extend(describe_others(chosen, unread, label))
-    return tuple(data), tuple(notes)
-
-
-def _check_axis_count(kind: str, names: Sequence[str]) -> None:
-    """Raise LogError for more columns of one name than a sensor has axes."""
-    if len(names) > _AXES:
-        raise LogError(
-            make_sentence(
-                f"{len(names)} columns are of {_KIND_NAMES[kind]}, expected three axes: "
-                f"{', '.join(names)}; say which, such as ",
-                keyword_argument("columns", ",".join(names[:_AXES])),
-            )
-        )
-
-
-def _check_unit(kind: str, names: Sequence[str]) -> None:
-    for name, meaning in zip(names, map(meaning_of, names), strict=True):
-        unit = "" if meaning is None else meaning.unit or ""
-        of_unit = KIND_OF_UNIT.get(unit, "angle" if unit in ("deg", "rad") else kind)
-        if of_unit != kind:
-            raise LogError(
-                make_sentence(
-                    f"column '{name}' is named like {_KIND_NAMES[kind]} but is in {unit}, "
-                    "the unit of "
-                    f"{_KIND_NAMES[of_unit]}; ",
-                    keyword_argument("columns"),
-                    " reads it all the same",
-                )
-            )
-
-
-def _check_unique(names: Sequence[str]) -> None:
-    repeated = sorted({name for name in names if names.count(name) > 1})
-    if repeated:
-        raise LogError(
-            make_sentence(
-                f"names must differ, repeated: {', '.join(repeated)}; choose by position with ",
-                keyword_argument("columns"),
-            )
-        )
-
-
-def _has_sensor(triads: Sequence[Triad], sensor: str | None) -> bool:
-    """Return True if a sensor is present: one name may be of the gyro, or of the accelerometer."""
-    try:
-        return bool(select_triads(triads, sensor))
-    except LogError:
-        return False
-
-
-def _find_indices(table: Table, columns: str | int | Sequence[str | int]) -> tuple[int, ...]:
+def find_indices(table: Table, columns: str | int | Sequence[str | int]) -> tuple[int, ...]:
+    """Return the indices of the columns that a caller names; LogError if one is not there."""
     single = isinstance(columns, (str, int, np.integer))
     wanted = [columns] if single else list(columns)  # type: ignore[arg-type]
     if not wanted:
@@ -319,7 +146,8 @@ def _find_index_by_name(table: Table, name: str) -> int:
     )
 
 
-def _make_not_found_error(wanted: str, table: Table) -> LogError:
+def not_found(wanted: str, table: Table) -> LogError:
+    """Return the error for a table in which no column looks like a sensor that is wanted."""
     choose = f"no column looks like {wanted}; choose with "
     return LogError(
         make_sentence(choose, keyword_argument("columns"), f" from: {_list_columns(table)}")

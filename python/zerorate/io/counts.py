@@ -15,8 +15,6 @@ from zerorate.faults import keyword_argument, make_sentence
 from zerorate.record.names import (
     UNKNOWN_UNIT,
     canonical_unit,
-    looks_like_accelerometer,
-    looks_like_gyro,
     split_unit,
 )
 from zerorate.types import Floats
@@ -242,12 +240,6 @@ def _check_factor(scale: object) -> float:
             )
         )
     return number
-
-
-def guess_kind(names: Sequence[str]) -> str:
-    """Return the kind of columns by their names: accelerometers if all are, else gyros."""
-    of_gyros = (looks_like_gyro(name) or not looks_like_accelerometer(name) for name in names)
-    return "gyro" if any(of_gyros) else "accel"
 
 
 _MAX_PLAUSIBLE: Final = {"deg/s": 100.0, "rad/s": 10.0, "g": 16.0, "m/s^2": 160.0}

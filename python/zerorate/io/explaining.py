@@ -7,40 +7,21 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Final, Unpack
+from typing import Unpack
 
 import numpy as np
 
 from zerorate.faults import render_text, sentence_of
-from zerorate.io.clocks.names import find_time_unit, has_time_name, looks_like_time
-from zerorate.io.columns import choose_columns
-from zerorate.io.evidence import clues_of, loaded, with_time
-from zerorate.io.formats import FORMATS, check_readable, find_format, label_of, open_source
+from zerorate.io.evidence import Evidence, Role
+from zerorate.io.formats import check_readable, find_format, known_formats, label_of, open_source
 from zerorate.io.reading import ReadArguments
 from zerorate.io.recording import read_recording
 from zerorate.io.table import Content, Format, Table
+from zerorate.io.timecolumns import load_column, load_numbers
 from zerorate.io.writing import WRITTEN_SUFFIXES
 from zerorate.numerals import shorten
 from zerorate.record.log import Log, LogError
-from zerorate.record.names import meaning_of, split_unit
 from zerorate.record.recording import Recording
-from zerorate.units import UNITS
-
-_BY_NAME: Final = "by its name"
-_STATED: Final = "as stated"
-
-
-@dataclass(frozen=True)
-class ColumnExplanation:
-    """A column: its name, its meaning, its unit with the origin, and its log.
-
-    Texts are empty where nothing is known.
-    """
-
-    name: str
-    meaning: str
-    unit: str
-    log: str
 
 
 @dataclass(frozen=True)
@@ -48,7 +29,7 @@ class TopicExplanation:
     """A table of a file: its topic, empty where there are none, and its columns."""
 
     name: str
-    columns: tuple[ColumnExplanation, ...]
+    columns: tuple[Role, ...]
 
 
 @dataclass(frozen=True)
@@ -63,7 +44,7 @@ class Explanation:
         Its format, as ``meta["format"]`` of its logs.
     reason : str
         Evidence for the format.
-    topics : tuple of ExplainedTopic
+    topics : tuple of TopicExplanation
         The tables from which logs are read.
     others : tuple of str
         Topics that are read only on request.
@@ -164,84 +145,31 @@ def _split_topics(
     return shown, tuple(name for name in content.tables if name not in shown)
 
 
-def _explain_columns(
-    topic: str, table: Table, logs: Mapping[str, Log]
-) -> tuple[ColumnExplanation, ...]:
-    table = with_time(table if table.names is not None else table.load_all())
-    time = _find_time(table)
-    log_of_column = {
-        column: name
+def _explain_columns(topic: str, table: Table, logs: Mapping[str, Log]) -> tuple[Role, ...]:
+    evidence = Evidence.of(table)
+    own = {
+        column: (name, log.unit)
         for name, log in logs.items()
         if not topic or log.meta.get("sensor") in (table.meta.sensor, None)
         for column in log.names
     }
-    clues = {clue.place: clue.evidence for clue in clues_of(table)[0]}
-    return tuple(
-        _explain_column(table, index, _log_of(index, time, log_of_column, table), time, clues, logs)
-        for index in range(table.width)
-    )
-
-
-def _log_of(index: int, time: int | None, of: Mapping[str, str], table: Table) -> str:
-    return "time" if index == time else of.get(table.label(index), "")
-
-
-def _find_time(table: Table) -> int | None:
-    """Return the column of the timestamps, in a table without any sensor that of its last one."""
-    try:
-        return choose_columns(table, None).time
-    except LogError:
-        return choose_columns(table, [table.width - 1]).time
-
-
-def _explain_column(
-    table: Table,
-    index: int,
-    log: str,
-    time: int | None,
-    clues: Mapping[int, str],
-    logs: Mapping[str, Log],
-) -> ColumnExplanation:
-    name = table.label(index)
-    if index == time or looks_like_time(name):
-        meaning_text = "time" if has_time_name(name) else f"time, {clues.get(index, _STATED)}"
-        unit = (table.time_unit if index == time else None) or find_time_unit(name)
-        return ColumnExplanation(
-            name, meaning_text, f"{unit}, {_BY_NAME}" if unit else "by its numbers", log
-        )
-    meaning = meaning_of(name)
-    if meaning is None:
-        unit = split_unit(name)[1]
-        meaning_text = f"may be the time {clues[index]}" if index in clues else ""
-        meaning_text = meaning_text or ("" if log or logs else _values(table, index))
-        meaning_text = meaning_text or (f"{log}, by its position" if log else "")
-        return ColumnExplanation(name, meaning_text, f"{unit}, {_BY_NAME}" if unit else "", log)
-    words = meaning.words
-    parts = [meaning.kind]
-    if words is not None:
-        parts += [words.stage] if words.stage else []
-        parts += ["xyz"[words.axis]] if words.axis is not None else []
-    unit = _explain_unit(table, meaning.unit)
-    if meaning.unit is None and log in logs and logs[log].unit in UNITS:
-        unit = f"{logs[log].unit}, by the names of its other axes"
-    return ColumnExplanation(name, " ".join(parts), unit, log)
+    roles = evidence.roles(own)
+    if logs:
+        return tuple(roles)
+    values = (_values(evidence.table, index) for index in range(evidence.table.width))
+    pairs = zip(roles, values, strict=True)
+    return tuple(role if role.meaning else role._replace(meaning=text) for role, text in pairs)
 
 
 def _values(table: Table, index: int) -> str:
     """Return the contents of a column, in a file that is not read."""
-    column = loaded(table, index)
-    if column is None or column.dtype.kind not in "fiu":
-        return "holds texts" if column is None else ""
+    column = load_numbers(table, index)
+    if column is None:
+        return "holds texts" if load_column(table, index) is None else ""
     known = column[np.isfinite(column)]
     return (
         f"{shorten(known.min(), 4)} to {shorten(known.max(), 4)}" if known.size else "all missing"
     )
-
-
-def _explain_unit(table: Table, unit: str | None) -> str:
-    if unit is not None:
-        return f"{unit}, {_BY_NAME}"
-    return f"{table.meta.unit}, by the metadata" if table.meta.unit else "not known"
 
 
 @dataclass(frozen=True)
@@ -267,9 +195,9 @@ class FormatSupport:
     is_installed: bool
 
 
-def list_formats(forms: Iterable[Format] = FORMATS) -> tuple[FormatSupport, ...]:
+def list_formats(forms: Iterable[Format] | None = None) -> tuple[FormatSupport, ...]:
     """Return the formats that are read, in the order of their documentation."""
-    return tuple(map(_describe_format, forms))
+    return tuple(map(_describe_format, known_formats() if forms is None else forms))
 
 
 def _describe_format(form: Format) -> FormatSupport:

@@ -12,11 +12,11 @@ from typing import Final, Literal, get_args
 import numpy as np
 
 from zerorate.faults import ArgumentError
-from zerorate.io.clocks.names import find_time_unit, looks_like_time, may_be_time
+from zerorate.io.clocks.names import find_time_unit
 from zerorate.io.clocks.stamps import convert_texts, to_seconds
+from zerorate.io.clocks.units import DATE_RANGE_S, PER_SECOND
 from zerorate.io.columns import Timing
 from zerorate.io.damage import read_guarded
-from zerorate.io.evidence import clues_of
 from zerorate.io.formats import (
     FORMATS,
     TEXT,
@@ -30,6 +30,8 @@ from zerorate.io.readers import navsatfix, nmea, rtklib
 from zerorate.io.remote import is_address
 from zerorate.io.signatures import is_dataflash_text
 from zerorate.io.table import Column, Content, Format, Table, to_numbers
+from zerorate.io.timecolumns import time_of, with_clock
+from zerorate.record.clock import count_noun
 from zerorate.record.fixes import Fixes
 from zerorate.record.log import LogError
 from zerorate.record.names import to_snake_case
@@ -38,8 +40,6 @@ from zerorate.types import Booleans, Floats, Integers
 FixFormat = Literal["nmea", "rtklib", "navsatfix", "table"]
 
 _HEAD_BYTES: Final = 1 << 16
-_DATE_RANGE_S: Final = (946_684_800.0, 4_102_444_800.0)
-"""Seconds from 1970 to the years 2000 and 2100, between which numbers are dates."""
 _MAX_FIX_STEP_S: Final = 60.0
 """Seconds from fix to fix from which on the unit of the time must be another one."""
 _EARTH_M: Final = 6_371_000.0
@@ -55,7 +55,6 @@ _LEAP_SECOND_DAYS: Final = np.array(
 )  # fmt: skip
 """Days that began after a leap second, since GPS has its time."""
 
-_DIRECTIONS: Final = ("north", "east", "down")
 _DIRECTION_PATTERNS: Final = {"north": "north|n", "east": "east|e", "down": "down|d", "up": "up|u"}
 _OTHER_SOURCES: Final = (
     r"(?:truth|true|ground_?truth|gt|ref|reference|base|home|origin|target|setpoint|waypoint)"
@@ -64,18 +63,24 @@ _NAME_START: Final = (
     rf"^(?!.*(?:sigma|std|cov|bias|(?:^|_)sd))(?!(?:.*_)?{_OTHER_SOURCES}_)(?:.*_)?"
 )
 """Before the name of a quantity itself, not of its standard deviation nor of something else's."""
+
+
+def _quantity(words: str, units: str = "") -> re.Pattern[str]:
+    """Return the pattern of names of a quantity, maybe with a unit at their end."""
+    return re.compile(rf"{_NAME_START}(?:{words})(?:_(?:{units}))?$")
+
+
 _ANGLE: Final = r"(?:_?(?:deg|degrees|rad|°|1e7|e7|wgs84))*$"
 _LATITUDE: Final = re.compile(_NAME_START + r"lat(itude)?" + _ANGLE)
 _LONGITUDE: Final = re.compile(_NAME_START + r"(lon|lng|long|longitude)" + _ANGLE)
-_HEIGHT: Final = re.compile(
-    _NAME_START
-    + r"(height|altitude|alt|hgt|elevation|h_msl)(_(ellipsoid(al)?|hae|msl))?(_(m|mm))?$"
-)
 _COORDINATE_END: Final = re.compile(r"_?(lat|lon|lng)[a-z]*" + _ANGLE)
+_HEIGHT: Final = _quantity(
+    "(?:height|altitude|alt|hgt|elevation|h_msl)(?:_(?:ellipsoid(?:al)?|hae|msl))?", "m|mm"
+)
 _VELOCITY: Final = _NAME_START + r"(velocity|vel|v)_?({way})(_(mps|m_s))?$"
-_SPEED: Final = re.compile(
-    _NAME_START
-    + r"(?:g_|ground_?)?(?:speed|velocity|sog)(?:_(m_s|mps|km_h|kmh|kmph|kph|knots?|kn|kt|mph))?$"
+_SPEED: Final = _quantity(
+    "(?:g_|ground_?)?(?:speed|velocity|sog)",
+    "(?P<unit>m_s|mps|km_h|kmh|kmph|kph|knots?|kn|kt|mph)",
 )
 _COURSE: Final = re.compile(
     _NAME_START
@@ -87,15 +92,13 @@ _PER_MPS: Final = {
     "kp": 3.6,
     "kn": 3600 / 1852,
     "kt": 3600 / 1852,
-    "mph": 2.236936292054,
+    "mph": 3600 / 1609.344,
 }
 """Beginnings of units of speed, each with how many are 1 m/s."""
 _ACCURACY: Final = {
-    "horizontal": re.compile(
-        _NAME_START + r"(?:(?:horizontal|h|position)_?acc(?:uracy)?|accuracy)(?:_(m|mm))?$"
-    ),
-    "vertical": re.compile(_NAME_START + r"(?:vertical|v|altitude)_?acc(?:uracy)?(?:_(m|mm))?$"),
-    "speed": re.compile(_NAME_START + r"(?:s|speed|velocity)_?acc(?:uracy)?(?:_(?:mps|m_s))?$"),
+    "horizontal": _quantity("(?:horizontal|h|position)_?acc(?:uracy)?|accuracy", "m|mm"),
+    "vertical": _quantity("(?:vertical|v|altitude)_?acc(?:uracy)?", "m|mm"),
+    "speed": _quantity("(?:s|speed|velocity)_?acc(?:uracy)?", "mps|m_s"),
 }
 _FULL_CIRCLE: Final = 360.0
 _WHOLE_DEG: Final = 1e7
@@ -108,10 +111,7 @@ _POSITION_SIGMA: Final = (
     rf"(?<!velocity)(?<!vel)(^|_)((position|pos)_{_SIGMA_WORD}|{_SIGMA_WORD}(_?(position|pos))?)"
 )
 _VELOCITY_SIGMA: Final = rf"(^|_)((velocity|vel|v)_{_SIGMA_WORD}|{_SIGMA_WORD}_?(velocity|vel|v))"
-_AXIS_POSITION_SIGMA: Final = rf"{_POSITION_SIGMA}_?({{way}})(_m)?$"
-_AXIS_VELOCITY_SIGMA: Final = rf"{_VELOCITY_SIGMA}_?({{way}})(_(mps|m_s))?$"
-_SINGLE_POSITION_SIGMA: Final = re.compile(rf"{_POSITION_SIGMA}(_m)?$")
-_SINGLE_VELOCITY_SIGMA: Final = re.compile(rf"{_VELOCITY_SIGMA}(_(mps|m_s))?$")
+_METRES, _SPEEDS = r"(_m)?$", r"(_(mps|m_s))?$"
 _VARIANCE: Final = r"(^|_)position_covariance_?{index}$"
 _COVARIANCE_TYPE: Final = re.compile(r"(^|_)position_covariance_type$")
 _STATUS: Final = re.compile(r"(^|_)status_status$")
@@ -119,9 +119,7 @@ _QUALITY: Final = re.compile(r"^(fix|q|(fix_)?quality|fix_type|(field_)?status(_
 _SATELLITES: Final = re.compile(
     r"(^|_)(satellites(_used)?|(num|n)_?(sats?|sv|satellites)|ns|sats)$"
 )
-_SECONDS: Final = re.compile(r"(^|_)stamp_(secs?|seconds)$")
-_NANOSECONDS: Final = re.compile(r"(^|_)stamp_(nsecs?|nanosec|nanoseconds)$")
-_STAMP: Final = re.compile(r"(^|_)header_stamp$")
+_HEADER_STAMP: Final = re.compile(r"(^|_)header_stamp$")
 
 
 def read_fixes(
@@ -331,7 +329,8 @@ class _FixColumns:
         if speed is None or course is None:
             return None
         label = self.table.label(speed)
-        unit = (_SPEED.search(to_snake_case(label)) or [""])[1] or ""
+        match = _SPEED.search(to_snake_case(label))
+        unit = (match and match["unit"]) or ""
         per = next((per for start, per in _PER_MPS.items() if unit.startswith(start)), 1.0)
         values = self.load_numbers(speed) / per
         if not np.isfinite(values * course).any():
@@ -370,61 +369,38 @@ class _FixColumns:
 
     def time(self) -> tuple[Floats, float | None]:
         """Return the times, s, and the Unix time at which they are zero."""
-        of_pair = [_find_column(self.table, pattern) for pattern in (_SECONDS, _NANOSECONDS)]
-        if self.table.time is None and None not in of_pair:
-            seconds, nanoseconds = (self.load_numbers(i) for i in of_pair if i is not None)
-            return seconds + 1e-9 * nanoseconds, _find_unix_epoch(seconds)
-        index = self._time_column()
-        name = self.table.label(index)
-        (column,) = self.table.load([index])
-        column = convert_texts(column, name)
-        unit = self.table.time_unit
-        name_with_unit = name if unit is not None else _add_unit(name, column)
-        stamps = to_seconds(column, name_with_unit, None, unit)
+        table = with_clock(self.table)
+        self.notes = [*table.meta.notes, *self.notes]
+        index = _find_column(table, _HEADER_STAMP) if table.time is None else table.time
+        if index is None:
+            index = time_of(table, [i for i in (_find_column(table, _LATITUDE),) if i is not None])
+        if index is None:
+            raise LogError("no column is the time, such as time_s or timestamp_ns")
+        name = table.label(index)
+        column = convert_texts(table.load([index])[0], name)
+        unit = table.time_unit or _unit_of_fixes(name, column)
+        stamps = to_seconds(column, name, None, unit)
         if stamps.note is not None:
             self.notes.append(stamps.note)
         time = stamps.start + stamps.seconds
         return time, _find_epoch(time, name, dated=column.dtype.kind == "M")
 
-    def _time_column(self) -> int:
-        if self.table.time is not None:
-            return self.table.time
-        names = self.table.names or ()
-        of_header = _find_column(self.table, _STAMP)
-        if of_header is not None:
-            return of_header
-        for wanted in (looks_like_time, may_be_time, _is_of_week):
-            index = next((i for i, name in enumerate(names) if wanted(name)), None)
-            if index is not None:
-                return index
-        clues, _ = clues_of(self.table)
-        if len(clues) == 1:
-            self.notes.append(f"column '{names[clues[0].place]}' is the time {clues[0].evidence}")
-            return clues[0].place
-        raise LogError("no column is the time, such as time_s or timestamp_ns")
 
-
-def _is_of_week(name: str) -> bool:
-    """Return True if a column of this name holds the time of the week of GPS."""
-    return to_snake_case(name) in ("i_tow", "itow", "tow", "tow_ms")
-
-
-def _add_unit(name: str, column: Column) -> str:
-    """Return the name of a time with its unit, if neither it nor its numbers show that.
+def _unit_of_fixes(name: str, column: Column) -> str | None:
+    """Return the unit of a time of numbers, if neither its name nor the numbers show that.
 
     Fixes come every few milliseconds at most and every minute at least; logs of inertial sensors,
     for which `to_seconds` decides, are faster.
     """
     if column.dtype.kind not in "fiu" or len(column) < 2 or find_time_unit(name) is not None:
-        return name
+        return None
     numbers = column.astype(np.float64)
-    scales = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
-    if any(_DATE_RANGE_S[0] < numbers[0] / scale < _DATE_RANGE_S[1] for scale in scales.values()):
-        return name
+    units = ("s", "ms", "us", "ns")
+    if any(DATE_RANGE_S[0] < numbers[0] / PER_SECOND[unit] < DATE_RANGE_S[1] for unit in units):
+        return None
     with np.errstate(invalid="ignore"):
         step = float(np.median(np.diff(numbers)))
-    unit = next((unit for unit, scale in scales.items() if step < _MAX_FIX_STEP_S * scale), "ns")
-    return f"{name}_{unit}"
+    return next((u for u in units if step < _MAX_FIX_STEP_S * PER_SECOND[u]), "ns")
 
 
 def _find_epoch(time: Floats, name: str, dated: bool) -> float | None:
@@ -440,12 +416,12 @@ def _find_epoch(time: Floats, name: str, dated: bool) -> float | None:
 
 
 def _find_unix_epoch(time: Floats) -> float | None:
-    inside = time.size and _DATE_RANGE_S[0] < time[0] < _DATE_RANGE_S[1]
+    inside = time.size and DATE_RANGE_S[0] < time[0] < DATE_RANGE_S[1]
     return 0.0 if inside else None
 
 
 def _make_fixes(table: Table, label: str) -> Fixes:
-    columns = _FixColumns(table, list(table.meta.notes))
+    columns = _FixColumns(table)
     time, epoch = columns.time()
     coordinates = columns.load_coordinates()
     height = columns.lengths(_HEIGHT)
@@ -512,27 +488,23 @@ def _select_fixes(columns: _FixColumns, time: Floats, position: Floats) -> Boole
     if not has_position.any():
         raise LogError("there is no fix: no row has a position")
     if not has_position.all():
-        columns.notes.append(f"left out: {_count_rows(~has_position)} without a fix")
+        columns.notes.append(
+            f"left out: {count_noun(int(np.count_nonzero(~has_position)), 'row')} without a fix"
+        )
     is_fix: Booleans = has_position.copy()
     before = np.maximum.accumulate(np.where(has_position, time, -np.inf))
     is_fix[1:] &= time[1:] > before[:-1]
     late = has_position & ~is_fix
+    late_rows = count_noun(int(np.count_nonzero(late)), "row")
     if np.count_nonzero(late) > _MAX_DISORDER_PART * np.count_nonzero(has_position):
-        raise LogError(f"{_count_rows(late)} of {len(time)} do not come later than those before")
+        raise LogError(f"{late_rows} of {len(time)} do not come later than those before")
     if late.any():
-        columns.notes.append(
-            f"left out: {_count_rows(late)} that do not come later than those before"
-        )
+        columns.notes.append(f"left out: {late_rows} that do not come later than those before")
     return is_fix
 
 
-def _count_rows(mask: Booleans) -> str:
-    count = np.count_nonzero(mask)
-    return f"{count} row{'' if count == 1 else 's'}"
-
-
 def _find_position_sigmas(columns: _FixColumns) -> Floats | None:
-    sigmas = _find_sigmas(columns, _AXIS_POSITION_SIGMA, _SINGLE_POSITION_SIGMA)
+    sigmas = _find_sigmas(columns, _POSITION_SIGMA, _METRES)
     if sigmas is not None:
         return sigmas
     across = columns.lengths(_ACCURACY["horizontal"])
@@ -554,17 +526,15 @@ def _find_position_sigmas(columns: _FixColumns) -> Floats | None:
 
 
 def _sigma_velocity(columns: _FixColumns) -> Floats | None:
-    found = _find_sigmas(columns, _AXIS_VELOCITY_SIGMA, _SINGLE_VELOCITY_SIGMA)
+    found = _find_sigmas(columns, _VELOCITY_SIGMA, _SPEEDS)
     one = columns.lengths(_ACCURACY["speed"]) if found is None else None
     return found if one is None else np.repeat(np.where(one > 0.0, one, np.nan)[:, None], 3, axis=1)
 
 
-def _find_sigmas(
-    columns: _FixColumns, pattern: str, single_pattern: re.Pattern[str]
-) -> Floats | None:
-    sigmas = columns.vector(pattern)
+def _find_sigmas(columns: _FixColumns, words: str, unit: str) -> Floats | None:
+    sigmas = columns.vector(words + "_?({way})" + unit)
     if sigmas is None:
-        single = columns.numbers(single_pattern)
+        single = columns.numbers(re.compile(words + unit))
         sigmas = None if single is None else np.repeat(single[:, None], 3, axis=1)
     if sigmas is None:
         return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -15,8 +15,9 @@ import numpy.typing as npt
 
 from zerorate.io.damage import read_guarded
 from zerorate.io.parts import Part
+from zerorate.io.plugins import find_plugin, plugin_formats
 from zerorate.io.readers.objects import ArrowStream, describe_object, make_table
-from zerorate.io.remote import Spooled, is_address, spooled
+from zerorate.io.remote import Spooled, hide_secrets, is_address, spooled
 from zerorate.io.signatures import is_camera_file, is_dataflash_text, is_telemetry, is_text
 from zerorate.io.table import Column, Content, Format, Needs, Reader, Table
 from zerorate.record.log import LogError
@@ -50,81 +51,59 @@ _ULOG_MARK: Final = b"ULog\x01\x12\x35"
 _MAT_MARKS: Final = (b"MATLAB 5.0", b"MATLAB 7.3")
 _IPC_MARKS: Final = (b"ARROW1", b"\xff\xff\xff\xff")
 _VIDEO_SUFFIXES: Final = (".mp4", ".mov", ".360", ".insv", ".bbl", ".bfl", ".gcsv")
-_CAMERA: Final = Needs("telemetry_parser", "camera")
+_TELEMETRY: Final = Needs("telemetry_parser", "camera")
+_HDF5: Final = Needs("h5py", "hdf5")
+_MAVLINK: Final = "a telemetry log of MAVLink"
+_CAMERAS: Final = "a video or flight recorder"
 
 _TEXTS: Final = (".csv", ".tsv", ".txt", ".dat", ".json", ".jsonl", ".ndjson", ".gpx")
 TEXT: Final = Format("text", "a text table", _TEXTS, (), _import_reader("text"))
+
+
+def _format(
+    kind: str,
+    description: str,
+    suffixes: tuple[str, ...],
+    signatures: tuple[bytes, ...],
+    reader: str,
+    needs: Needs | None = None,
+    matches_head: Callable[[bytes], bool] | None = None,
+) -> Format:
+    """Return a format of a module in ``readers``, or of a function of one: ``"ros"``, ``"a.b"``."""
+    read = _import_reader(*reader.split("."))
+    return Format(kind, description, suffixes, signatures, read, needs, matches_head)
+
+
+_ARROWS: Final = (".arrow", ".feather", ".ipc")
 FORMATS: Final = (
     TEXT,
-    Format(
-        "npy",
-        "an .npy array",
-        (".npy",),
-        (b"\x93NUMPY",),
-        _import_reader("numpy_files", "read_npy"),
-    ),
-    Format(
-        "npz", "an .npz", (".npz",), (b"PK\x03\x04",), _import_reader("numpy_files", "read_npz")
-    ),
-    Format(
-        "parquet", "Parquet", (".parquet", ".pq"), (b"PAR1",), _import_reader("parquet"), _ARROW
-    ),
-    Format(
-        "arrow",
-        "Arrow IPC",
-        (".arrow", ".feather", ".ipc"),
-        _IPC_MARKS,
-        _import_reader("arrow"),
-        _ARROW,
-    ),
-    Format(
-        "hdf5",
-        "an HDF5 file",
-        (".h5", ".hdf5"),
-        (b"\x89HDF\r\n\x1a\n",),
-        _import_reader("hdf5"),
-        Needs("h5py", "hdf5"),
-    ),
-    Format(
-        "mat", "a MAT file", (".mat",), _MAT_MARKS, _import_reader("matlab"), Needs("scipy", "mat")
-    ),
-    Format("ros1", "a ROS 1 bag", (".bag",), (b"#ROSBAG V2.0",), _import_reader("ros"), _ROS),
-    Format("ros2", "a ROS 2 bag", (".db3",), (b"SQLite format 3",), _import_reader("ros"), _ROS),
-    Format("mcap", "MCAP", (".mcap",), (b"\x89MCAP0\r\n",), _import_reader("ros"), _ROS),
-    Format("ulog", "a ULog", (".ulg",), (_ULOG_MARK,), _import_reader("px4")),
-    Format(
-        "dataflash",
-        "a DataFlash log",
-        (".bin",),
-        (b"\xa3\x95\x80",),
-        _import_reader("ardupilot", "read_binary"),
-    ),
-    Format(
-        "dataflash text",
-        "a DataFlash log as text",
-        (),
-        (),
-        _import_reader("ardupilot", "read_text"),
-    ),
-    Format(
-        "mavlink",
-        "a telemetry log of MAVLink",
-        (".tlog",),
-        (),
-        _import_reader("mavlink"),
-        matches_head=is_telemetry,
-    ),
-    Format(
-        "camera",
-        "a video or flight recorder",
-        _VIDEO_SUFFIXES,
-        (),
-        _import_reader("camera"),
-        _CAMERA,
-        is_camera_file,
-    ),
+    _format("npy", "an .npy array", (".npy",), (b"\x93NUMPY",), "numpy_files.read_npy"),
+    _format("npz", "an .npz", (".npz",), (b"PK\x03\x04",), "numpy_files.read_npz"),
+    _format("parquet", "Parquet", (".parquet", ".pq"), (b"PAR1",), "parquet", _ARROW),
+    _format("arrow", "Arrow IPC", _ARROWS, _IPC_MARKS, "arrow", _ARROW),
+    _format("hdf5", "an HDF5 file", (".h5", ".hdf5"), (b"\x89HDF\r\n\x1a\n",), "hdf5", _HDF5),
+    _format("mat", "a MAT file", (".mat",), _MAT_MARKS, "matlab", Needs("scipy", "mat")),
+    _format("ros1", "a ROS 1 bag", (".bag",), (b"#ROSBAG V2.0",), "ros", _ROS),
+    _format("ros2", "a ROS 2 bag", (".db3",), (b"SQLite format 3",), "ros", _ROS),
+    _format("mcap", "MCAP", (".mcap",), (b"\x89MCAP0\r\n",), "ros", _ROS),
+    _format("ulog", "a ULog", (".ulg",), (_ULOG_MARK,), "px4"),
+    _format("dataflash", "a DataFlash log", (".bin",), (b"\xa3\x95\x80",), "ardupilot.read_binary"),
+    _format("dataflash text", "a DataFlash log as text", (), (), "ardupilot.read_text"),
+    _format("mavlink", _MAVLINK, (".tlog",), (), "mavlink", matches_head=is_telemetry),
+    _format("camera", _CAMERAS, _VIDEO_SUFFIXES, (), "camera", _TELEMETRY, is_camera_file),
 )
 """To add one, see "Adding a reader" in CONTRIBUTING.md."""
+
+
+def known_formats() -> tuple[Format, ...]:
+    """Return the formats that are read: those of this package, then those of others."""
+    return (*FORMATS, *plugin_formats())
+
+
+def known_suffixes() -> tuple[str, ...]:
+    """Return the suffixes of all formats, each once."""
+    return tuple(dict.fromkeys(suffix for form in known_formats() for suffix in form.suffixes))
+
 
 _FOLDER_FORMAT: Final = Format(
     "folder", "a folder of text tables", (), (), _import_reader("text", "read_folder")
@@ -146,7 +125,8 @@ _TO_CONVERT: Final = {
 def label_of(source: LogSource) -> str:
     """Return the name of a source for messages and outputs."""
     if isinstance(source, (str, os.PathLike)):
-        return make_printable(str(source if is_address(source) else Path(source)))
+        name = hide_secrets(source) if is_address(source) else Path(source)
+        return make_printable(str(name))
     if isinstance(source, Part):
         return source.label
     return describe_object(source)
@@ -226,6 +206,9 @@ def find_format(file: Path) -> Format:
         return _FOLDER_FORMAT
     suffix = file.suffix.lower()
     form = next((form for form in FORMATS if suffix in form.suffixes), None)
+    plugin = find_plugin(suffix) if form is None else None
+    if plugin is not None:
+        return plugin
     if form is None and _is_text_table(file):
         form = TEXT
     if form is TEXT and _is_dataflash_text_file(file):
@@ -233,7 +216,7 @@ def find_format(file: Path) -> Format:
     if suffix in _TO_CONVERT:
         raise LogError(f"the file is {_TO_CONVERT[suffix]}")
     if form is None:
-        known = ", ".join(suffix for form in FORMATS for suffix in form.suffixes)
+        known = ", ".join(known_suffixes())
         raise LogError(f"unknown suffix '{file.suffix}'; known: {known}")
     with file.open("rb") as opened_file:
         head = opened_file.read(_HEAD_BYTES)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Final, Unpack
 
 import numpy as np
 
+from zerorate.io.clocks.grid import Grid
 from zerorate.io.clocks.repeats import HEAD_ROWS, find_repeats
 from zerorate.io.clocks.sensor_clock import Clock
 from zerorate.io.counts import Scaling
+from zerorate.io.evidence import Evidence
 from zerorate.io.formats import LogSource, label_of, open_source
 from zerorate.io.reading import (
     ReadArguments,
@@ -19,77 +21,41 @@ from zerorate.io.reading import (
     cut_logs,
     describe_assumptions,
     describe_missing,
-    group_all,
+    find_one,
     load_columns,
     make_logs,
     make_row_clock,
     scale_values,
-    select_columns,
+    select,
 )
+from zerorate.io.sensors import Sensor, find_accelerometer
 from zerorate.io.table import Column, Table, to_numbers
-from zerorate.io.triads import find_accelerometer
 from zerorate.record.log import Header, Log, LogError
 from zerorate.record.span import Span
 from zerorate.types import Booleans, Floats, Integers
 
 
-@dataclass(frozen=True)
-class GridRuns:
-    """Positions of rows on a grid of some length: runs without gaps, each by its first row.
-
-    A grid without gaps is one run, however long.
-    """
-
-    rows: int
-    length: int
-    first: Integers
-    indices: Integers
-
-    @classmethod
-    def of(cls, indices: Integers | None, length: int) -> GridRuns:
-        """Return the runs in the rising places of all rows, shape (n,), None for no gaps."""
-        if indices is None:
-            none = np.zeros(1, np.int64)
-            return cls(length, length, none, none)
-        first = np.concatenate(([0], np.flatnonzero(np.diff(indices) != 1) + 1))
-        return cls(len(indices), length, first, indices[first])
-
-    def runs_between(self, low: int, high: int) -> Iterator[tuple[int, int]]:
-        """Yield the place and the number of rows of each run in a part of the grid, in order."""
-        ends = self.indices + np.diff(np.append(self.first, self.rows))
-        inside = range(np.searchsorted(ends, low, "right"), np.searchsorted(self.indices, high))
-        for run in inside:
-            begin = max(low, int(self.indices[run]))
-            yield begin, min(high, int(ends[run])) - begin
-
-
 def fill_grid(
-    pieces: Iterator[list[Column]],
-    runs: GridRuns,
-    rows: int,
-    channels: int,
-    part: range | None = None,
+    pieces: Iterator[list[Column]], grid: Grid, rows: int, channels: int, part: range
 ) -> Iterator[Floats]:
-    """Yield arrays (k, rows) of the grid or a part of it, the last one shorter, NaN in gaps."""
-    part = range(runs.length) if part is None else part
+    """Yield arrays (k, rows) of a part of a grid, the last one shorter, NaN in gaps."""
+    places = grid.gapped_indices
     source = _RowReader(pieces)
-    source.skip(sum(count for _, count in runs.runs_between(0, part.start)))
+    begin = part.start if places is None else int(np.searchsorted(places, part.start))
+    source.skip(begin)
     for low in range(part.start, part.stop, rows):
         high = min(part.stop, low + rows)
-        parts = list(runs.runs_between(low, high))
-        is_complete = sum(count for _, count in parts) == high - low
-        block = (
-            np.empty((channels, high - low))
-            if is_complete
-            else _missing_block(channels, high - low)
-        )
-        for index, count in parts:
-            source.fill(block[:, index - low : index - low + count])
+        end = high if places is None else int(np.searchsorted(places, high))
+        is_complete = end - begin == high - low
+        size = (channels, high - low)
+        block = np.empty(size) if is_complete else np.full(size, np.nan)
+        for first, columns in source.take(begin, end):
+            last = first + len(columns[0])
+            to = slice(first - low, last - low) if places is None else places[first:last] - low
+            for row, column in zip(block, columns, strict=True):
+                row[to] = column
+        begin = end
         yield block
-
-
-def _missing_block(channels: int, rows: int) -> Floats:
-    return np.full((channels, rows), np.nan)
 
 
 class _RowReader:
@@ -98,35 +64,26 @@ class _RowReader:
     def __init__(self, pieces: Iterator[list[Column]]) -> None:
         self._pieces = pieces
         self._piece: list[Column] = []
-        self._at = 0
 
-    def fill(self, out: Floats) -> None:
-        """Copy the next rows into an array (k, rows)."""
-        filled = 0
-        while filled < out.shape[1]:
-            left = len(self._piece[0]) - self._at if self._piece else 0
-            if left == 0:
+    def take(self, begin: int, end: int) -> Iterator[tuple[int, list[Column]]]:
+        """Yield the rows of some numbers, which are the next ones, in parts, each by its first."""
+        while begin < end:
+            if not self._piece or len(self._piece[0]) == 0:
                 self._read_next()
                 continue
-            count = min(left, out.shape[1] - filled)
-            for row, column in zip(out, self._piece, strict=True):
-                row[filled : filled + count] = column[self._at : self._at + count]
-            self._at += count
-            filled += count
+            count = min(len(self._piece[0]), end - begin)
+            yield begin, [column[:count] for column in self._piece]
+            self._piece = [column[count:] for column in self._piece]
+            begin += count
 
     def skip(self, count: int) -> None:
         """Leave out the next rows."""
-        while count > 0:
-            left = len(self._piece[0]) - self._at if self._piece else 0
-            if left == 0:
-                self._read_next()
-                continue
-            self._at += min(left, count)
-            count -= left
+        for _ in self.take(0, count):
+            pass
 
     def _read_next(self) -> None:
         try:
-            self._piece, self._at = next(self._pieces), 0
+            self._piece = next(self._pieces)
         except StopIteration:
             raise LogError("there are fewer rows than the file says: it is damaged") from None
 
@@ -220,14 +177,15 @@ def _open_logs(
         kind, content = open_source(path)
         table = options.timing.apply(content.choose_table(options.topic))
         source_meta = {"source": label, "format": kind}
-        grouping = group_all(unit, options.scaling)
-        selection = select_columns(
-            table, options.rate, options.columns, grouping, sensor=options.sensor, is_sole=accel
-        )
+        evidence = Evidence.of(table)
+        sensors, notes = find_one(options, unit, is_sole=accel)(evidence)
+        selection = select(evidence, sensors, options.rate, notes)
         accel_columns = (
             find_accelerometer(selection.table.names or (), selection.data) if accel else ()
         )
-        selection = replace(selection, table=_load_once(selection, accel_columns))
+        wanted = [*selection.data, *accel_columns, *[i for i in (selection.time,) if i is not None]]
+        if selection.table.pieces is None:
+            selection = replace(selection, table=selection.table.in_memory(wanted))
         rows = _make_row_clock(selection)
         gyro = _make_log_file(selection, source_meta, label, options.span, rows)
         return gyro, _find_accelerometer(
@@ -235,24 +193,6 @@ def _open_logs(
         )
     except LogError as error:
         raise error.with_context(f"{label}: ") from None
-
-
-def _load_once(selection: Selection, accel_columns: Sequence[int]) -> Table:
-    """Return the table with the columns of both sensors and the time in memory, if any are."""
-    table, time = selection.table, () if selection.time is None else (selection.time,)
-    if table.pieces is not None:
-        return table
-    wanted = tuple(dict.fromkeys((*selection.data, *accel_columns, *time)))
-    try:
-        columns = dict(zip(wanted, table.load(wanted), strict=True))
-    except LogError:
-        return table  # what is wrong is said where it is read
-
-    def load(requested: Sequence[int]) -> list[Column]:
-        there = all(i in columns for i in requested)
-        return [columns[i] for i in requested] if there else table.load(requested)
-
-    return replace(table, load=load)
 
 
 def _make_row_clock(selection: Selection) -> Clock:
@@ -285,9 +225,10 @@ def _find_accelerometer(
 ) -> LogFile | None:
     if len(columns) != _AXES:
         return None
-    grouping = group_all(None, Scaling())
     try:
-        selection = select_columns(gyro.table, options.rate, columns, grouping)
+        evidence = Evidence(gyro.table)
+        accel = evidence.in_unit(Sensor("accel", columns), None, Scaling(), first=False)
+        selection = select(evidence, [accel], options.rate)
         has_same_clock = (selection.time, selection.rate) == (gyro.time, gyro.rate)
         own_clock = rows if has_same_clock else _make_row_clock(selection)
         return _make_log_file(selection, source_meta, label, options.span, own_clock)
@@ -298,22 +239,21 @@ def _find_accelerometer(
 def _make_pieced_log(
     selection: Selection, source_meta: dict[str, str], label: str, span: Span, rows: Clock
 ) -> LogFile:
-    (group,) = selection.groups
+    (sensor,) = selection.sensors
     head = _load_head(selection)
     clock = _make_sensor_clock(selection, rows, head)
     grid, start = clock.grid, clock.start
     part = span.row_range(grid.length, grid.rate)
     meta = {
         **selection.meta(source_meta, grid),
-        "notes": tuple(describe_assumptions(selection, group, head, clock)),
+        "notes": tuple(describe_assumptions(selection, sensor, head, clock)),
     }
-    header = Header(len(part), grid.rate, tuple(selection.names), group.unit, meta)
+    header = Header(len(part), grid.rate, tuple(selection.names), sensor.unit, meta)
     if not span.whole:
         span.check(grid.length / grid.rate, grid.rate)
         header = header.with_notes([span.note(grid.length / grid.rate)])
     if not part:
         raise span.empty_error()
-    runs = GridRuns.of(grid.gapped_indices, grid.length)
 
     def times(first: int, end: int) -> Floats:
         return start + np.arange(part.start + first, part.start + end) / grid.rate
@@ -322,8 +262,8 @@ def _make_pieced_log(
         try:
             pieces = _read_numbers(selection, rows)
             pieces = pieces if grid.used_rows is None else _select_rows(grid.used_rows, pieces)
-            for block in fill_grid(pieces, runs, rows, len(selection.names), part):
-                yield scale_values(block, group.factor)
+            for block in fill_grid(pieces, grid, rows, len(selection.data), part):
+                yield scale_values(block, sensor.factor)
         except LogError as error:
             raise error.with_context(f"{label}: ") from None
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final, NamedTuple, TypedDict, Unpack
+from typing import Final, TypedDict, Unpack
 
 import numpy as np
 
@@ -13,21 +13,20 @@ from zerorate.io.clocks.grid import Grid
 from zerorate.io.clocks.repeats import HEAD_ROWS
 from zerorate.io.clocks.sensor_clock import Clock, make_clock
 from zerorate.io.clocks.stamps import Stamps, convert_texts, to_seconds
-from zerorate.io.columns import Columns, TimeColumn, Timing, check_samples, choose_columns
-from zerorate.io.counts import Scale, Scaling, describe_counts, guess_kind
-from zerorate.io.evidence import NOT_TIME, candidates, clock_beside, named_time, with_time
+from zerorate.io.columns import Columns, TimeColumn, Timing, check_samples, find_indices
+from zerorate.io.counts import Scale, Scaling, describe_counts
+from zerorate.io.evidence import Evidence
 from zerorate.io.formats import LogSource, label_of, open_source
 from zerorate.io.parts import suggest_grouping
+from zerorate.io.sensors import ALL_SENSORS, Sensor
 from zerorate.io.table import Column, Table, to_numbers
-from zerorate.io.triads import ALL_SENSORS
+from zerorate.io.timecolumns import NOT_TIME, candidates, clock_beside
 from zerorate.record.clock import describe_rate_error
 from zerorate.record.log import Log, LogError, check_rate
 from zerorate.record.names import (
     KIND_OF_UNIT,
     UNKNOWN_UNIT,
     canonical_unit,
-    check_foreign,
-    common_unit,
     foreign_unit,
     looks_like_accelerometer,
     looks_like_gyro,
@@ -36,23 +35,6 @@ from zerorate.record.names import (
 )
 from zerorate.record.span import Span
 from zerorate.types import Floats
-
-
-class Group(NamedTuple):
-    """Columns that make one log: their places among those chosen, their unit, kind and factor.
-
-    The kind is ``"gyro"``, ``"accel"``, or None for another; values are multiplied by the factor,
-    None for none.
-    """
-
-    indices: tuple[int, ...]
-    unit: str
-    kind: str | None
-    factor: float | None = None
-
-
-Grouping = Callable[[list[str], str | None], list[Group]]
-"""Makes groups of the chosen names and the unit of the metadata."""
 
 
 class ReadArguments(TypedDict, total=False):
@@ -117,25 +99,30 @@ class ReadOptions:
 
 @dataclass(frozen=True)
 class Selection:
-    """Selection from a table: columns of data and of time, their groups, and the rate stated."""
+    """Selection from a table: the sensors and their columns, that of the time, the rate stated."""
 
     table: Table
-    data: tuple[int, ...]
+    sensors: tuple[Sensor, ...]
     time: int | None
-    names: list[str]
-    groups: list[Group]
     rate: float | None
 
+    @property
+    def data(self) -> tuple[int, ...]:
+        """Indices of the columns of all sensors."""
+        return tuple(index for sensor in self.sensors for index in sensor.indices)
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the columns of all sensors."""
+        return [self.table.label(index) for index in self.data]
+
     def meta(self, source_meta: dict[str, str], grid: Grid) -> dict[str, object]:
-        """Return the metadata of every group, with those of the source."""
-        meta: dict[str, object] = {**source_meta, "clock": grid.report}
-        if self.table.meta.sensor is not None:
-            meta["sensor"] = self.table.meta.sensor
-        if self.table.meta.axes is not None:
-            meta["axes"] = self.table.meta.axes
-        if self.table.meta.calibration is not None:
-            meta["calibration"] = dict(self.table.meta.calibration)
-        return meta
+        """Return the metadata of every sensor, with those of the source."""
+        own = self.table.meta
+        calibration = None if own.calibration is None else dict(own.calibration)
+        known = {"sensor": own.sensor, "axes": own.axes, "calibration": calibration}
+        stated = {key: value for key, value in known.items() if value is not None}
+        return {**source_meta, "clock": grid.report, **stated}
 
 
 def read_log(
@@ -255,42 +242,55 @@ def read_log(
         rate=rate, columns=columns, topic=topic, sensor=sensor, scale=scale,
         start=start, stop=stop, time=time, time_unit=time_unit, torn=torn,
     )  # fmt: skip
-    return read_groups(source, options, group_all(unit, options.scaling), ("gyro",))[0]
+    return read_logs(source, options, find_one(options, unit))[0]
 
 
-def group_all(unit: str | None, scaling: Scaling) -> Grouping:
-    """Return a grouping that makes one group of all columns, in the unit given or in their own."""
-    stated_unit = None if unit is None else canonical_unit(unit)
-
-    def grouped(names: list[str], file_unit: str | None) -> list[Group]:
-        kind = guess_kind(names)
-        factor = scaling.factor_for(kind, first=True)
-        check_foreign(names, stated_unit, factor)
-        if KIND_OF_UNIT.get(stated_unit or "") == "accel" and all(map(looks_like_gyro, names)):
-            raise LogError(
-                f"unit '{stated_unit}' was given, but {', '.join(names)} are named like a gyro"
-            )
-        group_unit = common_unit(names, scaling.unit(kind, stated_unit), file_unit)
-        return [Group(tuple(range(len(names))), group_unit, kind, factor)]
-
-    return grouped
+Find = Callable[[Evidence], tuple[list[Sensor], list[str]]]
+"""Finds the sensors that are wanted among the columns of a table, with notes."""
 
 
-def read_groups(
-    source: LogSource, options: ReadOptions, grouping: Grouping, kinds: Sequence[str]
-) -> list[Log]:
-    """Return a log for each group of a source's columns, all from one reading.
+def find_one(options: ReadOptions, unit: str | None, is_sole: bool = False) -> Find:
+    """Return a function that finds a gyro, or takes the columns that are named as one sensor."""
+    stated = None if unit is None else canonical_unit(unit)
 
-    ``kinds`` are those of the sensors that are read where the caller names no columns. Faults are
-    as of `read_log`.
+    def find(evidence: Evidence) -> tuple[list[Sensor], list[str]]:
+        indices, notes = _find_columns(evidence, options, ("gyro",), is_sole)
+        sensor = Sensor(evidence.kind_of(indices), indices)
+        return [evidence.in_unit(sensor, stated, options.scaling, first=True)], notes
+
+    return find
+
+
+def _find_columns(
+    evidence: Evidence, options: ReadOptions, kinds: Sequence[str], is_sole: bool = False
+) -> tuple[tuple[int, ...], list[str]]:
+    """Return the columns that are named, or those of one sensor of each kind, and notes."""
+    table = evidence.table
+    if options.columns is not None:
+        check_samples(table, options.columns)
+        return find_indices(table, options.columns), []
+    try:
+        sensors, notes = evidence.one_of_each(kinds, options.sensor, is_sole)
+    except LogError as error:
+        has_clock = table.names is None or evidence.time_of() is not None
+        if has_clock or _find_rate(options.rate, table) is not None:
+            raise
+        raise error.with_context("", make_sentence("; ", _lacking_rate(table))) from None
+    return tuple(index for sensor in sensors for index in sensor.indices), notes
+
+
+def read_logs(source: LogSource, options: ReadOptions, find: Find) -> list[Log]:
+    """Return a log for each sensor found in a source, all from one reading.
+
+    Faults are as of `read_log`.
     """
     label = label_of(source)
     try:
         kind, content = open_source(source)
         table = options.timing.apply(content.choose_table(options.topic))
-        selection = select_columns(
-            table, options.rate, options.columns, grouping, kinds, options.sensor
-        )
+        evidence = Evidence.of(table)
+        sensors, notes = find(evidence)
+        selection = select(evidence, sensors, options.rate, notes)
         logs = make_logs(selection, {"source": label, "format": kind})
         return list(cut_logs(options.span, logs))
     except LogError as error:
@@ -305,34 +305,15 @@ def cut_logs(span: Span, logs: Sequence[Log]) -> Iterator[Log]:
         yield part
 
 
-def select_columns(
-    table: Table,
-    rate: float | None,
-    columns: Columns,
-    grouping: Grouping,
-    kinds: Sequence[str] = ("gyro",),
-    sensor: str | None = None,
-    is_sole: bool = False,
+def select(
+    evidence: Evidence, sensors: Sequence[Sensor], rate: float | None, notes: Sequence[str] = ()
 ) -> Selection:
-    """Select the columns to read; data are loaded only if the table has no column names."""
-    table = table.load_all() if table.names is None else with_time(table)
-    check_samples(table, columns)
-    stated_rate = _find_rate(rate, table)
-    try:
-        choice = choose_columns(table, columns, kinds, sensor, is_sole)
-    except LogError as error:
-        timed = table.names is None or named_time(table, table.names, None, kinds) is not None
-        if timed or stated_rate is not None:
-            raise
-        raise error.with_context("", make_sentence("; ", _lacking_rate(table))) from None
-    if choice.notes:
-        meta = replace(table.meta, notes=(*table.meta.notes, *choice.notes))
-        table = replace(table, meta=meta)
-    names = [table.label(i) for i in choice.data]
-    groups = grouping(names, table.meta.unit)
-    if choice.time is None and stated_rate is None:
+    """Return the selection of some sensors; LogError if there is neither a clock nor a rate."""
+    table, rate = evidence.table, _find_rate(rate, evidence.table)
+    time = evidence.time_of([index for sensor in sensors for index in sensor.indices])
+    if time is None and rate is None:
         raise LogError(_lacking_rate(table))
-    return Selection(table, choice.data, choice.time, names, groups, stated_rate)
+    return Selection(table.noted(*notes), tuple(sensors), time, rate)
 
 
 def _lacking_rate(table: Table) -> str:
@@ -386,51 +367,51 @@ def make_logs(
     columns, time = load_columns(selection)
     rows = rows or make_row_clock(selection, time, len(columns[0]))
     logs: list[Log] = []
-    for group, values in iter_values(selection, columns):
-        logs.append(make_log(selection, group, values, rows.for_sensor(values), source_meta, logs))
+    for sensor, values in iter_values(selection, columns):
+        clock = rows.for_sensor(values)
+        logs.append(make_log(selection, sensor, values, clock, source_meta, logs))
     return logs
 
 
-def iter_values(selection: Selection, columns: list[Column]) -> Iterator[tuple[Group, Floats]]:
-    """Yield each group with its values, shape (n, k); columns are forgotten once they are copied.
+def iter_values(selection: Selection, columns: list[Column]) -> Iterator[tuple[Sensor, Floats]]:
+    """Yield each sensor with its values, shape (n, k); columns are forgotten once they are copied.
 
     A long log would else be in memory twice.
     """
-    last_group = {i: k for k, group in enumerate(selection.groups) for i in group.indices}
-    for k, group in enumerate(selection.groups):
-        if len(columns[group.indices[0]]) == 0:
+    columns.reverse()
+    for sensor in selection.sensors:
+        rows = len(columns[-1])
+        if rows == 0:
             raise LogError("there are columns but no rows")
-        values = np.empty((len(columns[group.indices[0]]), len(group.indices)))
+        values = np.empty((rows, len(sensor.indices)))
         # Some bits are a NaN that warns when it becomes a double.
         with np.errstate(invalid="ignore"):
-            for axis, i in enumerate(group.indices):
-                values[:, axis] = to_numbers(columns[i], selection.names[i])
-                if last_group[i] == k:
-                    columns[i] = columns[i][:0].copy()
-        yield group, values
+            for axis, index in enumerate(sensor.indices):
+                values[:, axis] = to_numbers(columns.pop(), selection.table.label(index))
+        yield sensor, values
 
 
 def make_log(
     selection: Selection,
-    group: Group,
+    sensor: Sensor,
     values: Floats,
     clock: Clock,
     source_meta: dict[str, str],
     others: Iterable[Log] = (),
 ) -> Log:
-    """Return the log of one group of columns, whose rows are those of a clock.
+    """Return the log of one sensor, whose rows are those of a clock.
 
     Its times are those of another log that has the same.
     """
-    names, grid = [selection.names[i] for i in group.indices], clock.grid
-    data = scale_values(_put_on_grid(values, grid), group.factor)
+    names, grid = list(map(selection.table.label, sensor.indices)), clock.grid
+    data = scale_values(_put_on_grid(values, grid), sensor.factor)
     time = _even_times(clock, others)
     missing_notes = describe_missing(names, [bool(np.isnan(column).all()) for column in data.T])
-    notes = (*describe_assumptions(selection, group, values[:HEAD_ROWS], clock), *missing_notes)
+    notes = (*describe_assumptions(selection, sensor, values[:HEAD_ROWS], clock), *missing_notes)
     meta = {**selection.meta(source_meta, grid), "notes": notes}
     stamp_times = grid.times(range(grid.length))
     stamps = None if stamp_times is None else clock.start + stamp_times
-    return Log(time, grid.rate, data, tuple(names), group.unit, meta, stamps)
+    return Log(time, grid.rate, data, tuple(names), sensor.unit, meta, stamps)
 
 
 def _even_times(clock: Clock, others: Iterable[Log]) -> Floats:
@@ -474,18 +455,19 @@ def scale_values(values: Floats, factor: float | None) -> Floats:
 
 
 def describe_assumptions(
-    selection: Selection, group: Group, head: Floats, clock: Clock
+    selection: Selection, sensor: Sensor, head: Floats, clock: Clock
 ) -> list[str]:
-    """Return the sentences on assumptions about a group: its unit, by its head, and its clock."""
+    """Return the sentences on assumptions about a sensor: its unit, by its head, and its clock."""
     notes, grid = list(selection.table.meta.notes), clock.grid
-    names = [selection.names[i] for i in group.indices]
+    names = list(map(selection.table.label, sensor.indices))
     counts = None
-    if group.kind is not None and group.factor is None and selection.table.meta.unit is None:
-        counts = describe_counts(names, group.kind, group.unit, head)
+    if sensor.kind in ("gyro", "accel") and selection.table.meta.unit is None:
+        unscaled = sensor.factor is None
+        counts = describe_counts(names, sensor.kind, sensor.unit, head) if unscaled else None
     if counts is not None:
         notes.append(counts)
-    elif group.unit == UNKNOWN_UNIT and _needs_unit(names):
-        notes.append(_describe_unit(names, group))
+    elif sensor.unit == UNKNOWN_UNIT and _needs_unit(names):
+        notes.append(_describe_unit(names, sensor.factor))
     notes.extend((*clock.notes, *_describe_bursts(grid)))
     if abs(grid.report.rate / grid.rate - 1) > 1e-5:
         note = f"rate {grid.rate:g} Hz as stated; the timestamps run at {grid.report.rate:g}"
@@ -500,14 +482,14 @@ def _needs_unit(names: Sequence[str]) -> bool:
     return any(meaning is None or meaning.kind in ("gyro", "accel") for meaning in meanings)
 
 
-def _describe_unit(names: Sequence[str], group: Group) -> str:
+def _describe_unit(names: Sequence[str], factor: float | None) -> str:
     """Return the sentence on a unit that is not known, or not computed with."""
     foreign = foreign_unit(names)
     if foreign is None:
         listed = ", ".join(names[:_MAX_NAMED]) + (" and so on" if len(names) > _MAX_NAMED else "")
         return make_sentence(f"the unit of {listed} is not known; give ", keyword_argument("unit"))
-    if group.factor is not None:
-        times = f"the data are those in {foreign.name} times {group.factor:g}; give "
+    if factor is not None:
+        times = f"the data are those in {foreign.name} times {factor:g}; give "
         return make_sentence(times, keyword_argument("unit"))
     return make_sentence(
         f"the data are in {foreign.name}, a unit that is not computed with; ",
@@ -538,18 +520,6 @@ def describe_missing(names: Iterable[str], missing: Iterable[bool]) -> list[str]
     """Return the sentences on columns without a sample."""
     pairs = zip(names, missing, strict=True)
     return [f"column '{name}' is all missing" for name, empty in pairs if empty]
-
-
-_QUANTITY_OF_UNIT: Final = {
-    "rad/s": "angular rate",
-    "deg/s": "angular rate",
-    "deg/h": "angular rate",
-    "g": "acceleration",
-    "m/s^2": "acceleration",
-}
-
-_QUANTITIES: Final = tuple(dict.fromkeys(_QUANTITY_OF_UNIT.values()))
-_SENSOR_OF_QUANTITY: Final = dict(zip(_QUANTITIES, ("gyro", "accel"), strict=True))
 
 
 def read_sensors(
@@ -584,56 +554,60 @@ def read_sensors(
         As `read_log`, and if two units of one kind, or of a kind without columns, are given.
     """
     listed = unit.split(",") if isinstance(unit, str) else unit or ()
-    stated_units = _sort_units([canonical_unit(unit_name) for unit_name in listed])
+    units = _sort_units([canonical_unit(unit_name) for unit_name in listed])
     arguments["sensor"] = arguments.get("sensor") or ALL_SENSORS
     options = ReadOptions.of(**arguments)
 
-    def grouped(names: list[str], file_unit: str | None) -> list[Group]:
-        return _make_groups(names, file_unit, stated_units, options.scaling)
+    def find(evidence: Evidence) -> tuple[list[Sensor], list[str]]:
+        indices, notes = _find_columns(evidence, options, (*_QUANTITIES,))
+        sensors = _sort_by_kind(evidence, indices, units)
+        in_units = [
+            evidence.in_unit(sensor, units.get(sensor.kind), options.scaling, sensor is sensors[0])
+            for sensor in sensors
+        ]
+        return in_units, notes
 
-    return tuple(read_groups(source, options, grouped, ("gyro", "accel")))
+    return tuple(read_logs(source, options, find))
+
+
+_QUANTITIES: Final = {"gyro": "angular rate", "accel": "acceleration"}
 
 
 def _sort_units(units: list[str]) -> dict[str, str]:
-    of_kinds = {_QUANTITY_OF_UNIT[unit]: unit for unit in units}
+    of_kinds = {KIND_OF_UNIT[unit]: unit for unit in units}
     if len(of_kinds) < len(units):
-        raise ValueError(
-            make_sentence(
-                keyword_argument("unit"), f" takes one unit of each kind, got {', '.join(units)}"
-            )
-        )
+        of_each = f" takes one unit of each kind, got {', '.join(units)}"
+        raise ValueError(make_sentence(keyword_argument("unit"), of_each))
     return of_kinds
 
 
-def _make_groups(
-    names: list[str], file_unit: str | None, stated_units: dict[str, str], scaling: Scaling
-) -> list[Group]:
-    fallback = next(iter(stated_units), _QUANTITY_OF_UNIT.get(file_unit or "", "angular rate"))
-    kinds = [_find_quantity(name, fallback) for name in names]
-    for kind, unit in stated_units.items():
+def _sort_by_kind(
+    evidence: Evidence, indices: Sequence[int], units: Mapping[str, str]
+) -> list[Sensor]:
+    """Return columns as one gyro and one accelerometer; those of neither are of the first unit."""
+    file_kind = KIND_OF_UNIT.get(evidence.table.meta.unit or "")
+    fallback = next(iter(units), file_kind if file_kind in _QUANTITIES else "gyro")
+    kinds = [_find_kind(evidence.table.label(index), fallback or "gyro") for index in indices]
+    for kind, unit in units.items():
         if kind not in kinds:
-            raise LogError(f"unit '{unit}' was given, but no column holds an {kind}")
-    groups: list[Group] = []
-    for kind in (kind for kind in _QUANTITIES if kind in kinds):
-        indices = tuple(i for i, own in enumerate(kinds) if own == kind)
-        # What the file says of its unit is of no help to the other kind.
-        file_unit_of_kind = (
-            file_unit if _QUANTITY_OF_UNIT.get(file_unit or "", kind) == kind else None
-        )
-        sensor = _SENSOR_OF_QUANTITY[kind]
-        stated_unit = scaling.unit(sensor, stated_units.get(kind))
-        factor = scaling.factor_for(sensor, first=not groups)
-        check_foreign([names[i] for i in indices], stated_unit, factor)
-        unit = common_unit([names[i] for i in indices], stated_unit, file_unit_of_kind)
-        groups.append(Group(indices, unit, sensor, factor))
-    return groups
+            raise LogError(f"unit '{unit}' was given, but no column holds an {_QUANTITIES[kind]}")
+    of_kinds = {
+        k: [i for i, kind in zip(indices, kinds, strict=True) if kind == k] for k in _QUANTITIES
+    }
+    return [Sensor(kind, tuple(own)) for kind, own in of_kinds.items() if own]
 
 
-def _find_quantity(name: str, fallback: str) -> str:
+def _find_kind(name: str, fallback: str) -> str:
     unit = split_unit(name)[1]
     if unit is None:
-        tests = zip(_QUANTITIES, (looks_like_gyro, looks_like_accelerometer), strict=True)
-        return next((kind for kind, looks_like in tests if looks_like(name)), fallback)
-    if unit not in _QUANTITY_OF_UNIT:
+        return (
+            "gyro"
+            if looks_like_gyro(name)
+            else "accel"
+            if looks_like_accelerometer(name)
+            else fallback
+        )
+    kind = KIND_OF_UNIT.get(unit)
+    if kind not in _QUANTITIES:
         raise LogError(f"column '{name}' is in {unit}, expected an angular rate or an acceleration")
-    return _QUANTITY_OF_UNIT[unit]
+    return kind

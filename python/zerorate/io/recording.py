@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Final, NamedTuple, Unpack, cast
 
 import numpy as np
@@ -11,45 +11,26 @@ import numpy as np
 from zerorate.faults import keyword_argument, make_sentence, sentence_of
 from zerorate.io.clocks.names import looks_like_time
 from zerorate.io.clocks.sensor_clock import Clock
-from zerorate.io.columns import Columns, TimeColumn, Timing, check_samples, choose_columns
-from zerorate.io.counts import Scale, Scaling
-from zerorate.io.evidence import with_time
+from zerorate.io.columns import Columns, TimeColumn, check_samples, find_indices
+from zerorate.io.counts import Scale
+from zerorate.io.evidence import Evidence
 from zerorate.io.formats import LogSource, label_of, open_source
 from zerorate.io.reading import (
-    Group,
     ReadArguments,
     ReadOptions,
     iter_values,
     load_columns,
     make_log,
     make_row_clock,
-    select_columns,
+    select,
 )
+from zerorate.io.sensors import Sensor
 from zerorate.io.supplement import SourceContent, make_supplement
 from zerorate.io.table import Content, Table
-from zerorate.io.triads import (
-    Triad,
-    describe_axes,
-    device_label,
-    find_triads,
-    keep_best_stage,
-    select_triads,
-)
 from zerorate.record.devices import DEVICE
-from zerorate.record.log import Log, LogError, units_of
-from zerorate.record.names import (
-    UNKNOWN_UNIT,
-    Meaning,
-    canonical_unit,
-    check_foreign,
-    common_unit,
-    is_quaternion,
-    looks_like_sensor,
-    meaning_of,
-    split_unit,
-)
+from zerorate.record.log import Log, LogError
+from zerorate.record.names import canonical_unit, looks_like_sensor, meaning_of
 from zerorate.record.recording import Recording
-from zerorate.record.span import Span
 from zerorate.types import Floats
 
 KINDS: Final = (
@@ -63,11 +44,13 @@ KINDS: Final = (
     "velocity",
     "position_sigma",
     "velocity_sigma",
+    "pressure",
+    "height",
+    "heading",
+    "baseline",
 )
 _NAMEABLE_KINDS: Final = ("gyro", "accel", "mag")
 """Kinds whose columns may be named."""
-_ACCEL_UNITS: Final = ("g", "m/s^2")
-_UNITLESS: Final = "1"
 _MAX_JITTER_PERIODS: Final = 0.25
 """Periods by which stamps leave a clock that is not the sensor's own."""
 
@@ -112,7 +95,8 @@ def read_recording(
     only
         Kinds of logs to read; default all: ``gyro``, ``accel``, ``mag``, ``temperature``,
         ``gravity``, ``reference``, ``position``, ``velocity``, and ``position_sigma`` and
-        ``velocity_sigma``, their standard deviations.
+        ``velocity_sigma``, their standard deviations; ``pressure``, ``height`` of a barometer,
+        ``heading``, and ``baseline`` of two antennas.
     sensor
         Sensor of several, as of `read_log`. By default there is a log for each device, and of
         values in several stages (raw, calibrated, filtered) the best is read, as ``notes`` says.
@@ -200,10 +184,7 @@ def _make_request(
         )
     known = {**columns, "reference": reference}
     chosen = {kind: names for kind, names in known.items() if names is not None}
-    return _Request(
-        chosen, _check_units(unit), options.topic, _check_kinds(only), False,
-        options.sensor, options.rate, options.scaling, options.span, options.timing,
-    )  # fmt: skip
+    return _Request(chosen, _check_units(unit), _check_kinds(only), options)
 
 
 def _read_sources(sources: Sequence[LogSource], request: _Request) -> Recording:
@@ -224,7 +205,7 @@ def _read_sources(sources: Sequence[LogSource], request: _Request) -> Recording:
             )
         except LogError as error:
             raise error.with_context(f"{label_of(source)}: ") from None
-        request = replace(request, columns={}, topic=None)
+        request = replace(request, columns={}, options=replace(request.options, topic=None))
     if not logs and notes and any(map(looks_like_sensor, column_names)):
         raise LogError(make_sentence(f"{label}: ", notes[-1]))
     if not logs:
@@ -236,7 +217,7 @@ def _read_sources(sources: Sequence[LogSource], request: _Request) -> Recording:
                 f" from: {', '.join(column_names)}",
             )
         )
-    supplement = make_supplement(opened_sources, request.timing)
+    supplement = make_supplement(opened_sources, request.options.timing)
     return Recording(
         _name_logs(logs), label, notes=tuple(dict.fromkeys(notes)), supplement=supplement
     )
@@ -255,49 +236,30 @@ def _cut_to_span(
     if not all_logs:
         return
     for (kind, log), part in zip(
-        all_logs, request.span.of([sensor_log.log for sensor_log in all_logs]), strict=True
+        all_logs, request.options.span.of([sensor_log.log for sensor_log in all_logs]), strict=True
     ):
         if part is not None:
             yield _SensorLog(kind, part)
             continue
         if kind == "gyro":
-            raise request.span.empty_error().with_context(f"{', '.join(log.names)}: ")
-        missed = sentence_of(request.span.empty_error())
+            raise request.options.span.empty_error().with_context(f"{', '.join(log.names)}: ")
+        missed = sentence_of(request.options.span.empty_error())
         notes.append(make_sentence(f"{', '.join(log.names)}: left out, for ", missed))
-
-
-class _SensorKey(NamedTuple):
-    """Kind, name and device of a sensor whose columns are found by their names."""
-
-    kind: str
-    name: str = ""
-    device: str = ""
-
-
-class _Sensor(NamedTuple):
-    """Columns of a table, by their indices, that are the axes of one sensor."""
-
-    kind: str
-    indices: tuple[int, ...]
-    unit: str
-    factor: float | None = None
-    device: str = ""
 
 
 @dataclass(frozen=True)
 class _Request:
     columns: Mapping[str, Columns]
     unit: Mapping[str, str]
-    topic: str | None
     only: tuple[str, ...]
+    options: ReadOptions
     is_single_topic: bool = False
-    sensor: str | None = None
-    rate: float | None = None
-    scaling: Scaling = field(default_factory=Scaling)
-    span: Span = field(default_factory=Span)
-    timing: Timing = field(default_factory=Timing)
 
-    def requires(self, sensors: Iterable[_Sensor]) -> bool:
+    def stated_unit(self, sensor: Sensor) -> str | None:
+        """Return the unit that is stated for a sensor; gravity is in that of accelerations."""
+        return self.unit.get("accel" if sensor.kind == "gravity" else sensor.kind)
+
+    def requires(self, sensors: Iterable[Sensor]) -> bool:
         """Return True if one of these sensors was requested, so that its faults are errors."""
         requested = {"gyro", *self.columns}
         return any(sensor.kind in requested for sensor in sensors)
@@ -336,17 +298,18 @@ def _read_source(
     column_names: list[str],
 ) -> Iterator[_SensorLog]:
     """Yield the logs of one source; add omissions, and the present columns."""
-    tables = [] if request.is_single_topic else _choose_tables(content, request.topic)
+    tables = [] if request.is_single_topic else _choose_tables(content, request.options.topic)
     if not tables:
-        tables = [content.choose_table(request.topic)]
-    for table in map(with_time, request.timing.apply_to_all(tables)):
-        column_names.extend(table.label(index) for index in range(table.width))
-        sensors = _choose_sensors(table, request, notes)
+        tables = [content.choose_table(request.options.topic)]
+    for evidence in map(Evidence.of, request.options.timing.apply_to_all(tables)):
+        table = evidence.table
+        column_names.extend(map(table.label, range(table.width)))
+        sensors = _choose_sensors(evidence, request, notes)
         if "" in content.tables and request.only == KINDS:
             notes.extend(_describe_unread(table, sensors))
         wanted = [sensor for sensor in sensors if sensor.kind in request.only]
-        for shared in _group_by_clock(table, wanted):
-            yield from _read_readable(table, shared, request, source_meta, notes)
+        for shared in _group_by_clock(evidence, wanted):
+            yield from _read_readable(evidence, shared, request, source_meta, notes)
         if any(sensor.kind == "reference" for sensor in wanted):
             notes.extend(table.meta.notes)  # of the data that others are compared with
         request = replace(request, columns={})
@@ -358,124 +321,26 @@ def _choose_tables(content: Content, topic: str | None) -> list[Table]:
     return [*first, *(content.tables[t] for t in topics if content.tables[t] not in first)]
 
 
-def _choose_sensors(table: Table, request: _Request, notes: list[str]) -> list[_Sensor]:
-    """Return the sensors of a table: requested ones, and those found by name."""
-    for columns in request.columns.values():
+def _choose_sensors(evidence: Evidence, request: _Request, notes: list[str]) -> list[Sensor]:
+    """Return the sensors of a table in their units: requested ones, and those that are found."""
+    table = evidence.table
+    chosen = []
+    for kind, columns in request.columns.items():
         check_samples(table, columns)
-    stated_columns = {
-        kind: choose_columns(table, columns).data for kind, columns in request.columns.items()
-    }
-    used = {index for places in stated_columns.values() for index in places}
-    groups: dict[_SensorKey, list[int]] = {
-        _SensorKey(k): list(p) for k, p in stated_columns.items()
-    }
+        chosen.append(Sensor(kind, find_indices(table, columns or ())))
     # Without names only the requested columns are found.
-    is_decided = table.names is None and "gyro" in stated_columns
-    named_groups = {} if is_decided else _find_sensors(table, request, used, notes)
-    if table.names is None and not is_decided:
-        notes.extend(choose_columns(table, None).notes)
-    for key, places in named_groups.items():
-        if key.kind not in stated_columns:
-            groups[key] = places
+    if table.names is not None or "gyro" not in request.columns:
+        taken = {index for sensor in chosen for index in sensor.indices}
+        found, own_notes = evidence.of_all_devices(request.options.sensor, taken)
+        notes.extend(own_notes)
+        chosen += [sensor for sensor in found if sensor.kind not in request.columns]
     return [
-        _make_sensor(table, key.kind, places, request)._replace(device=key.device)
-        for key, places in groups.items()
+        evidence.in_unit(one, request.stated_unit(one), request.options.scaling, one.kind == "gyro")
+        for one in chosen
     ]
 
 
-def _find_sensors(
-    table: Table, request: _Request, used: set[int], notes: list[str]
-) -> dict[_SensorKey, list[int]]:
-    """Return the columns of the sensors found by name, in the order of the file."""
-    meanings = {i: one for i, one in _find_meanings(table).items() if i not in used}
-    named_words = {i: table.label(i) for i, one in meanings.items() if one.words is not None}
-    groups: dict[_SensorKey, list[int]] = {}
-    for index, meaning in meanings.items():
-        if index not in named_words:
-            groups.setdefault(_SensorKey(meaning.kind, meaning.sensor), []).append(index)
-    triads = find_triads(named_words)
-    chosen = _choose_triads(triads, request.sensor, notes)
-    for number, triad in enumerate(chosen):
-        device = device_label(triad, table.label(triad.indices[0]))
-        groups[_SensorKey(triad.kind, f"{triad.stem} {number}", device)] = list(triad.indices)
-        notes.extend(describe_axes(triad, [table.label(i) for i in triad.indices]))
-    return dict(sorted(groups.items(), key=lambda item: min(item[1])))
-
-
-def _choose_triads(triads: list[Triad], sensor: str | None, notes: list[str]) -> list[Triad]:
-    """Return the sensors that are read, by their kind: all devices in their best stage."""
-    pool = (
-        triads
-        if sensor is None
-        else [triad for triad in triads if triad in select_triads(triads, sensor)]
-    )
-    kinds = {triad.kind for triad in pool}
-    best, others = keep_best_stage([*pool, *(triad for triad in triads if triad.kind not in kinds)])
-    if others:
-        stems = ", ".join(dict.fromkeys(triad.stem for triad in others))
-        notes.append(f"of several stages of one sensor the best is read; left out: {stems}")
-    return best
-
-
-def _find_meanings(table: Table) -> dict[int, Meaning]:
-    """Return the meanings of sensors' columns; the file may list those without a known name."""
-    kind = "accel" if table.meta.unit in _ACCEL_UNITS else "gyro"
-    listed = Meaning(kind, "", None)
-    if table.names is None:
-        return dict.fromkeys(choose_columns(table, None).data, listed)
-    meanings = {}
-    for index, name in enumerate(table.names):
-        if index == table.time or looks_like_time(name):
-            continue
-        meaning = meaning_of(name)
-        if meaning is None and table.data is not None and index in table.data:
-            meaning = listed
-        if meaning is not None:
-            meanings[index] = meaning
-    return meanings
-
-
-def _make_sensor(table: Table, kind: str, indices: list[int], request: _Request) -> _Sensor:
-    names = [table.label(index) for index in indices]
-    stated_unit = request.unit.get("accel" if kind == "gravity" else kind)
-    stated_units = _find_stated_units(table)
-    if kind in ("gyro", "accel"):
-        stated_unit = request.scaling.unit(kind, stated_unit)
-        factor = request.scaling.factor_for(kind, first=kind == "gyro")
-        check_foreign(names, stated_unit, factor)
-        file_unit = _single_unit(kind, {stated_units.get(i, table.meta.unit) for i in indices})
-        return _Sensor(kind, tuple(indices), common_unit(names, stated_unit, file_unit), factor)
-    if all(map(is_quaternion, names)):
-        # Components may stand in any order, w last for instance.
-        order = sorted(range(len(names)), key=lambda i: names[i][-1].lower())
-        return _Sensor(kind, tuple(indices[i] for i in order), stated_unit or _UNITLESS)
-    units = [
-        _find_unit(name) or stated_unit or stated_units.get(index, UNKNOWN_UNIT)
-        for index, name in zip(indices, names, strict=True)
-    ]
-    return _Sensor(kind, tuple(indices), units[0] if len(set(units)) == 1 else ", ".join(units))
-
-
-def _single_unit(kind: str, units: set[str | None]) -> str | None:
-    """Return the one unit that a file states for a gyro or an accelerometer, if it is of that."""
-    unit = units.pop() if len(units) == 1 else None
-    return unit if (unit in _ACCEL_UNITS) == (kind == "accel") else None
-
-
-def _find_stated_units(table: Table) -> dict[int, str]:
-    """Return the units that a file states for the columns that it lists as data."""
-    if table.data is None or table.meta.unit is None:
-        return {}
-    units = units_of(table.meta.unit, len(table.data))
-    return dict(zip(table.data, units, strict=True))
-
-
-def _find_unit(name: str) -> str | None:
-    meaning = meaning_of(name)
-    return split_unit(name)[1] if meaning is None else meaning.unit
-
-
-def _describe_unread(table: Table, sensors: Sequence[_Sensor]) -> Iterator[str]:
+def _describe_unread(table: Table, sensors: Sequence[Sensor]) -> Iterator[str]:
     used = {index for sensor in sensors for index in sensor.indices}
     unread = [
         name
@@ -492,78 +357,64 @@ def _is_known(name: str) -> bool:
     return looks_like_time(name) or (meaning is not None and bool(meaning.kind))
 
 
-def _list_columns(table: Table, sensors: Iterable[_Sensor]) -> str:
+def _list_columns(table: Table, sensors: Iterable[Sensor]) -> str:
     return ", ".join(table.label(index) for sensor in sensors for index in sensor.indices)
 
 
-def _group_by_clock(table: Table, sensors: Sequence[_Sensor]) -> list[list[_Sensor]]:
+def _group_by_clock(evidence: Evidence, sensors: Sequence[Sensor]) -> list[list[Sensor]]:
     """Return the sensors in groups that share the column of timestamps and its length."""
-    groups: dict[tuple[int | None, int], list[_Sensor]] = {}
+    groups: dict[tuple[int | None, int], list[Sensor]] = {}
+    lengths = evidence.table.lengths
     for sensor in sensors:
-        time = choose_columns(table, sensor.indices).time
-        rows = 0 if table.lengths is None else table.lengths[sensor.indices[0]]
-        groups.setdefault((time, rows), []).append(sensor)
+        rows = 0 if lengths is None else lengths[sensor.indices[0]]
+        groups.setdefault((evidence.time_of(sensor.indices), rows), []).append(sensor)
     return list(groups.values())
 
 
 def _read_readable(
-    table: Table,
-    sensors: Sequence[_Sensor],
+    evidence: Evidence,
+    sensors: Sequence[Sensor],
     request: _Request,
     source_meta: dict[str, str],
     notes: list[str],
 ) -> list[_SensorLog]:
     """Return the logs of sensors on one clock, without those that cannot be read."""
     try:
-        return list(_make_logs(table, sensors, request, source_meta, notes))
+        return list(_make_logs(evidence, sensors, request, source_meta, notes))
     except LogError as error:
         if len(sensors) > 1:
             alone = (
-                _read_readable(table, [sensor], request, source_meta, notes) for sensor in sensors
+                _read_readable(evidence, [sensor], request, source_meta, notes)
+                for sensor in sensors
             )
             return [log for each in alone for log in each]
         if request.requires(sensors):
             raise
-        notes.append(
-            make_sentence(f"{_list_columns(table, sensors)}: left out, for ", sentence_of(error))
-        )
+        listed = _list_columns(evidence.table, sensors)
+        notes.append(make_sentence(f"{listed}: left out, for ", sentence_of(error)))
         return []
 
 
 def _make_logs(
-    table: Table,
-    sensors: Sequence[_Sensor],
+    evidence: Evidence,
+    sensors: Sequence[Sensor],
     request: _Request,
     source_meta: dict[str, str],
     notes: list[str],
 ) -> Iterator[_SensorLog]:
-    indices = [index for sensor in sensors for index in sensor.indices]
-
-    def grouped(names: list[str], file_unit: str | None) -> list[Group]:
-        return [
-            Group(
-                tuple(indices.index(index) for index in sensor.indices),
-                sensor.unit,
-                sensor.kind if sensor.kind in ("gyro", "accel") else None,
-                sensor.factor,
-            )
-            for sensor in sensors
-        ]
-
-    has_stamps = choose_columns(table, indices).time is not None
+    has_stamps = evidence.time_of(sensors[0].indices) is not None
     needs_rate = not has_stamps or any(sensor.kind == "gyro" for sensor in sensors)
-    selection = select_columns(table, request.rate if needs_rate else None, indices, grouped)
+    selection = select(evidence, sensors, request.options.rate if needs_rate else None)
     columns, time = load_columns(selection)
     rows = make_row_clock(selection, time, len(columns[0]))
     logs: list[Log] = []
-    for sensor, (group, values) in zip(sensors, iter_values(selection, columns), strict=True):
-        names = [selection.names[i] for i in group.indices]
+    for sensor, values in iter_values(selection, columns):
         values, clock = _drop_empty_rows(values, rows) or (values, rows)
         meta = {**source_meta, DEVICE: sensor.device} if sensor.device else source_meta
-        log = make_log(selection, group, values, clock.for_sensor(values), meta, logs)
+        log = make_log(selection, sensor, values, clock.for_sensor(values), meta, logs)
         logs.append(log)
         if np.isnan(log.data).all() and not request.requires([sensor]):
-            notes.append(f"{', '.join(names)}: left out, for all samples are missing")
+            notes.append(f"{', '.join(log.names)}: left out, for all samples are missing")
             continue
         yield _SensorLog(sensor.kind, log)
 

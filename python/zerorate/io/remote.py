@@ -41,6 +41,11 @@ def is_address(source: object) -> TypeGuard[str]:
     return isinstance(source, str) and _ADDRESS.match(source) is not None
 
 
+def hide_secrets(address: str) -> str:
+    """Return an address without the key and the secret that it may hold."""
+    return re.sub(r"//[^/@?]*@", "//", address)
+
+
 def spooled(source: str | io.BytesIO, suffix: str = ".csv") -> Spooled:
     """Return a copy of the data at an address, or of bytes, with a suffix of their format.
 
@@ -66,7 +71,7 @@ def spooled(source: str | io.BytesIO, suffix: str = ".csv") -> Spooled:
         with system.open_input_stream(path) as stream:
             return Spooled(cast("BinaryIO", stream), name)
     except (ArrowException, NotImplementedError, OSError) as error:
-        raise OSError(f"{source} cannot be read: {error}") from None
+        raise OSError(f"{hide_secrets(source)} cannot be read: {error}") from None
 
 
 def _fetched(address: str, name: str) -> Spooled:

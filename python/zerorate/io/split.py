@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from zerorate.faults import keyword_argument, make_sentence
-from zerorate.io.columns import choose_columns
+from zerorate.io.columns import find_indices
 from zerorate.io.formats import LogSource, label_of, open_source
 from zerorate.io.parts import Part, split_table
 from zerorate.io.table import Content
@@ -61,7 +61,7 @@ def split_log(source: LogSource, group_by: str | int) -> dict[str, Part]:
                 ),
                 "group_by",
             )
-        (index,) = choose_columns(table, group_by).data
+        (index,) = find_indices(table, group_by)
         tables = split_table(table, index)
     except LogError as error:
         raise error.with_context(f"{label}: ") from None

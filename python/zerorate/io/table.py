@@ -7,7 +7,7 @@ says which files it reads. `zerorate.io.formats` lists them all.
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol
@@ -94,13 +94,27 @@ class Table:
         """Return the column's name, or one made from its index."""
         return self.names[index] if self.names is not None else f"column_{index}"
 
-    def load_all(self) -> Table:
-        """Return the table with all columns in memory, unless there are texts among them."""
+    def noted(self, *notes: str) -> Table:
+        """Return the table with further notes."""
+        if not notes:
+            return self
+        whole = self.whole
+        rest = None if whole is None else lambda: whole().noted(*notes)
+        return replace(self, meta=replace(self.meta, notes=(*self.meta.notes, *notes)), whole=rest)
+
+    def in_memory(self, wanted: Iterable[int]) -> Table:
+        """Return the table with some columns in memory, unless one of them cannot be loaded."""
+        places = tuple(dict.fromkeys(wanted))
         try:
-            columns = self.load(range(self.width))
+            columns = dict(zip(places, self.load(places), strict=True))
         except LogError:
             return self  # what is wrong is said of columns that are used
-        return replace(self, load=lambda wanted: [columns[i] for i in wanted])
+
+        def load(requested: Sequence[int]) -> list[Column]:
+            is_there = all(i in columns for i in requested)
+            return [columns[i] for i in requested] if is_there else self.load(requested)
+
+        return replace(self, load=load)
 
 
 @dataclass(frozen=True)

@@ -4,29 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Literal, Protocol, TypeAlias, runtime_checkable
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
 from zerorate.geometry import rotations
+from zerorate.geometry.scipy_rotation import RotationLike, as_quaternions
 from zerorate.metrics.channels import check_positive, rms
 from zerorate.record.missing import floats
 from zerorate.record.named import convert_to_unit, rate_of
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import whole_samples
 
-
-@runtime_checkable
-class _Rotation(Protocol):
-    """A Rotation of scipy."""
-
-    def as_quat(self, *, scalar_first: bool) -> Floats:
-        """Return quaternions, w first if requested."""
-
-
-Orientations: TypeAlias = npt.ArrayLike | _Rotation
 Heading: TypeAlias = Literal["absolute", "relative", "aligned"]
 _HEADINGS: Final = ("absolute", "relative", "aligned")
 
@@ -63,8 +54,8 @@ class OrientationErrors:
 
 
 def orientation_errors(
-    quaternions: Orientations,
-    reference: Orientations,
+    quaternions: RotationLike,
+    reference: RotationLike,
     *,
     where: npt.ArrayLike | None = None,
     heading: Heading = "absolute",
@@ -131,7 +122,7 @@ def orientation_errors(
 
 
 def heading_offset(
-    quaternions: Orientations, reference: Orientations, *, where: npt.ArrayLike | None = None
+    quaternions: RotationLike, reference: RotationLike, *, where: npt.ArrayLike | None = None
 ) -> float:
     """Return the angle about the vertical between orientations and a reference.
 
@@ -163,8 +154,9 @@ def heading_offset(
     return float(np.arctan2(np.sin(angle := 2.0 * np.arctan2(turn[3], turn[0])), np.cos(angle)))
 
 
-def _check_pair(quaternions: Orientations, reference: Orientations) -> tuple[Floats, Floats]:
-    q, true = _as_quaternions("quaternions", quaternions), _as_quaternions("reference", reference)
+def _check_pair(quaternions: RotationLike, reference: RotationLike) -> tuple[Floats, Floats]:
+    q = _check_width("quaternions", as_quaternions(quaternions), 4)
+    true = _check_width("reference", as_quaternions(reference), 4)
     if len(q) != len(true):
         raise ValueError(
             f"quaternions and reference must be of one length, got {len(q)} and {len(true)}"
@@ -187,13 +179,6 @@ def _fit_heading_rotation(error: Floats) -> Floats:
     return rotations.about_z(np.arctan2(2.0 * np.sum(w * z), np.sum(w * w) - np.sum(z * z)))
 
 
-def _as_quaternions(name: str, orientations: Orientations) -> Floats:
-    """Return quaternions w first of an array, or of a Rotation of scipy."""
-    if isinstance(orientations, _Rotation):
-        return _check_width(name, orientations.as_quat(scalar_first=True), 4)
-    return _check_width(name, orientations, 4)
-
-
 def _check_mask(where: npt.ArrayLike | None, n: int) -> Booleans:
     if where is None:
         return np.ones(n, dtype=np.bool_)
@@ -213,7 +198,7 @@ def _heading_rotation(q: Floats) -> Floats:
 
 def orientation_error_growth(
     rates: npt.ArrayLike,
-    quaternions: npt.ArrayLike,
+    quaternions: RotationLike,
     rate: float | None = None,
     horizons: Sequence[float] = (1.0, 10.0, 60.0),
     every: float = 0.5,
@@ -230,7 +215,7 @@ def orientation_error_growth(
     rates : array_like, shape (n, 3)
         Angular rates about the sensor's axes, rad/s; the sample at each time is that of the
         interval which ends there.
-    quaternions : array_like, shape (n, 4)
+    quaternions : array_like, shape (n, 4), or scipy Rotation of length n
         Reference orientation w, x, y, z, from sensor to world, of any length.
     rate : float
         Samples per second, Hz; by default that of a `Log`.
@@ -259,7 +244,7 @@ def orientation_error_growth(
     [0.01, 0.6]
     """
     w = _check_width("rates", convert_to_unit(rates, "rad/s", "rates"), 3)
-    reference = _check_width("quaternions", quaternions, 4)
+    reference = _check_width("quaternions", as_quaternions(quaternions), 4)
     if len(w) != len(reference):
         raise ValueError(
             f"rates and quaternions must be of one length, got {len(w)} and {len(reference)}"

@@ -12,6 +12,7 @@ from zerorate.calibration import find_rests
 from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.geometry.earth import earth_rate
 from zerorate.geometry.rotations import from_euler_angles, inverse, rotate
+from zerorate.geometry.scipy_rotation import Oriented
 from zerorate.record import LogError, Recording
 from zerorate.record.runs import runs
 from zerorate.record.samples import Samples
@@ -33,7 +34,7 @@ _GRAVITY_TOLERANCE: Final = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class Alignment(Result):
+class Alignment(Oriented, Result):
     """Alignment of a vehicle before it moves, as `align` returns it.
 
     Parameters

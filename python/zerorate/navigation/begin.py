@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from zerorate._native import NavigationFilter
 from zerorate.faults import ArgumentError, Sentence, keyword_argument, make_sentence
+from zerorate.geometry.scipy_rotation import RotationLike
 from zerorate.navigation.alignment import Alignment, align
 from zerorate.navigation.axes import Axes
 from zerorate.navigation.clock import find_time_offset
@@ -33,7 +34,7 @@ from zerorate.record.offset import TimeOffset
 from zerorate.record.recording import Recording
 from zerorate.types import Floats
 
-Mount: TypeAlias = npt.ArrayLike | Literal["auto", "none"]
+Mount: TypeAlias = RotationLike | Literal["auto", "none"]
 """Rotation from the sensors' axes to the body's; to be found; or the axes are the body's."""
 Offset: TypeAlias = float | TimeOffset | Literal["auto"]
 """Offset added to the times of fixes, s, or the request to find it."""

@@ -257,7 +257,7 @@ def _first_fix_time(samples: Samples, fixes: Fixes) -> float:
 def _align_in_motion(
     source: str, samples: Samples, fixes: Fixes, begin: float, rest: tuple[float, float] | None
 ) -> Alignment:
-    """Return the alignment at a fix, but for the heading."""
+    """Return the alignment at a fix, without the heading."""
     a, b = np.searchsorted(samples.time, [begin - _LEVEL_S, begin])
     # In the first seconds of a recording those that follow have to do.
     b = max(b, int(np.searchsorted(samples.time, samples.time[0] + 1.0)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from dataclasses import dataclass, replace
@@ -29,6 +29,7 @@ from zerorate.views import Result
 
 if TYPE_CHECKING:
     from zerorate._native import NavigationFilter
+    from zerorate.navigation.aids import Aid
     from zerorate.navigation.alignment import Alignment
     from zerorate.navigation.wheels import Wheels
     from zerorate.record import Recording
@@ -185,6 +186,7 @@ def outages(
     between: float = 30.0,
     rest: npt.ArrayLike | None = None,
     wheel_speed: npt.ArrayLike | Wheels | None = None,
+    aids: Mapping[str, npt.ArrayLike | Aid] | None = None,
     time_offset: Offset = "auto",
     threads: int | None = None,
     progress: Progress | None = None,
@@ -217,6 +219,9 @@ def outages(
         Mask of known rest of the vehicle.
     wheel_speed : array_like, shape (n,), or Wheels, optional
         Speed of its wheels, m/s, for a filter of a wheeled vehicle.
+    aids : dict of str to array_like or Aid, optional
+        Readings of aids, as the arguments height, pressure, heading and baseline of
+        ``NavigationFilter.process``.
     time_offset : float, TimeOffset or "auto"
         Offset added to the times of the fixes, s. "auto": the best fit of sensors and fixes; 0 if
         `nav` is given.
@@ -269,6 +274,7 @@ def outages(
     template = beginning.filter() if nav is None else _check_unused(nav)
     offset = 0.0 if isinstance(time_offset, str) else time_offset
     inputs: dict[str, Any] = {"rest": rest, "wheel_speed": wheel_speed, "time_offset": offset}
+    inputs |= aids or {}
     undisturbed = template.copy().process(imu, gnss, keep="track", **inputs)
     gaps = OutagePlan(lengths, smooth, first, between)
     result = gaps.run(imu, gnss, template, undisturbed, inputs, thread_count, report)

@@ -375,7 +375,7 @@ def _check_clock(work: _CheckState) -> _Findings:
 
 
 def _check_gyro(work: _CheckState) -> _Findings:
-    """Compare the rate of the course with the gyro's, but for its sign."""
+    """Compare the rate of the course with the gyro's, ignoring the sign."""
     lag = work.lag
     if (
         lag is None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -20,6 +20,8 @@ from zerorate.geometry.rotations import (
     rotate,
     to_rotation_vectors,
 )
+from zerorate.geometry.scipy_rotation import Oriented, RotationLike, as_quaternions
+from zerorate.navigation.aid_notes import describe_aids
 from zerorate.navigation.aids import OUTPUTS, AidResults, AidRows, judge_sigma, unpack_usable
 from zerorate.navigation.events import Events
 from zerorate.numerals import format_with_error
@@ -29,6 +31,7 @@ from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result, figure_of
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from zerorate.navigation.outage import Outages
@@ -109,7 +112,7 @@ class SmoothableTrack:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Track(SmoothableTrack, Result):
+class Track(Oriented, SmoothableTrack, Result):
     """The track of a vehicle over n samples, as ``NavigationFilter.process`` returns it.
 
     Parameters
@@ -200,7 +203,7 @@ class Track(SmoothableTrack, Result):
         self,
         position: npt.ArrayLike,
         velocity: npt.ArrayLike | None = None,
-        quaternion: npt.ArrayLike | None = None,
+        quaternion: RotationLike | None = None,
     ) -> Floats:
         """Return the track minus the truth.
 
@@ -210,7 +213,7 @@ class Track(SmoothableTrack, Result):
             deg, deg, m.
         velocity : array_like, shape (n, 3), optional
             North, east, down, m/s.
-        quaternion : array_like, shape (n, 4), optional
+        quaternion : array_like, shape (n, 4), or scipy Rotation of length n, optional
             Quaternions w, x, y, z to north, east, down.
 
         Returns
@@ -223,7 +226,8 @@ class Track(SmoothableTrack, Result):
         if velocity is not None:
             parts.append(self.velocity - floats(velocity, "velocity"))
         if quaternion is not None:
-            back = product(floats(quaternion, "quaternion"), inverse(self.quaternion))
+            truth = floats(as_quaternions(quaternion), "quaternion")
+            back = product(truth, inverse(self.quaternion))
             parts.append(to_rotation_vectors(back))
         return np.hstack(parts)
 
@@ -323,12 +327,15 @@ class Track(SmoothableTrack, Result):
         extra["navigating"] = self.navigating
         return Log.at(self.time, rate, self.position, names, "deg, deg, m", meta, extra)
 
-    def plot(self, outages: Outages | None = None) -> Figure:
+    def plot(
+        self, outages: Outages | None = None, *, ax: Axes | Sequence[Axes] | None = None
+    ) -> Figure:
         """Return the figure, which marks outages of ``zerorate.navigation.outages``.
 
-        It raises ImportError without matplotlib (extra ``plot``).
+        With `ax` only its path is drawn, there. It raises ImportError without matplotlib (extra
+        ``plot``).
         """
-        return figure_of(self, outages)
+        return figure_of(self, outages, ax=ax)
 
 
 def run_navigation(
@@ -370,7 +377,12 @@ def run_navigation(
         rejected_count=_count_since(before.rejected_count, nav.rejected_count),
         epoch=epoch,
         source=source,
-        notes=(*_describe_moves(before, nav), *_describe_constants(before, nav), *notes),
+        notes=(
+            *_describe_moves(before, nav),
+            *_describe_constants(before, nav),
+            *describe_aids(nav, aids),
+            *notes,
+        ),
         _nis=output.pop("nis"),
         _steps=steps,
         **output,

@@ -104,8 +104,8 @@ def _best_subset(gram: Floats, goal: Floats) -> Floats:
     x = np.linalg.solve(gram[..., None, :, :] * inside + outside, right[..., None])[..., 0]
     gain = np.where(np.all(x >= 0.0, axis=-1), np.sum(x * right, axis=-1), -np.inf)
     best = np.argmax(gain, axis=-1)
-    found: Floats = np.take_along_axis(x, best[..., None, None], axis=-2)[..., 0, :]
-    return found
+    solution: Floats = np.take_along_axis(x, best[..., None, None], axis=-2)[..., 0, :]
+    return solution
 
 
 class Search:
@@ -155,9 +155,9 @@ class Search:
             weight = (np.sqrt(counts) / model)[:, None]
             slopes = self.slopes(shape, p, c)
             both = np.hstack((columns, slopes, -slopes)) * weight
-            found = solve_non_negative(both, self.density * weight[:, 0])
+            squares = solve_non_negative(both, self.density * weight[:, 0])
             k, n = c.size, p.size
-            step, goal = found[k : k + n] - found[k + n :], found[:k]
+            step, goal = squares[k : k + n] - squares[k + n :], squares[:k]
             before, share = least, 1.0
             while share > 1e-3:
                 p_new, c_new = p + np.clip(share * step, -0.5, 0.5), c + share * (goal - c)

@@ -200,10 +200,10 @@ def _part_that_holds(search: Search) -> Filtered | None:
         np.rint(np.geomspace(_FIRST_PART, search.density.size, _PART_TRIES)).astype(int)
     )
     for end in ends[::-1]:
-        found = _smooth(search, int(end))
-        if found is None:
+        smooth = _smooth(search, int(end))
+        if smooth is None:
             continue
-        part, fit, degree = found
+        part, fit, degree = smooth
         if degree:
             half = int(np.searchsorted(search.f[:, 0], 0.5 * search.f[end - 1, -1]))
             if half >= _FIRST_PART:

@@ -22,6 +22,7 @@ from zerorate.noise.quantities import UNKNOWN, si_unit
 from zerorate.noise.records import power_of_two
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 from zerorate.types import Floats, Integers
@@ -236,15 +237,22 @@ class AllanResult(Result):
             **band_fields(filtered, self.rate),
         )
 
-    def plot(self, models: Sequence[FittedModel] | FittedModel | None = None) -> Figure:
+    def plot(
+        self,
+        models: Sequence[FittedModel] | FittedModel | None = None,
+        *,
+        ax: Axes | Sequence[Axes] | None = None,
+    ) -> Figure:
         """Return a figure of the curves, their bounds, and models if given.
+
+        With `ax` the first axis of the sensor is drawn there; with several axes, one each.
 
         Raises
         ------
         ImportError
             If matplotlib (extra ``plot``) is not installed.
         """
-        return figure_of(self, models)
+        return figure_of(self, models, ax=ax)
 
     @property
     def rate_deviation(self) -> Floats:

@@ -7,7 +7,7 @@ import reprlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Real
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,7 @@ from zerorate.numerals import shorten
 from zerorate.record.missing import floats, real_numbers
 from zerorate.texts import escape_line
 from zerorate.types import Booleans, Floats
-from zerorate.views import Tabular
+from zerorate.views import OneArray, Shown
 
 FORWARD_RIGHT_DOWN: Final = "forward, right, down"
 """Axes of a body, as in autopilots."""
@@ -68,7 +68,7 @@ def check_rate(rate: object) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Log(Tabular):
+class Log(OneArray, Shown):
     """Channels of one recording on a uniform time grid.
 
     Parameters
@@ -120,6 +120,7 @@ class Log(Tabular):
     meta: Mapping[str, Any] = field(default_factory=dict)
     stamps: Floats | None = None
     extra: Mapping[str, Floats | Booleans] = field(default_factory=dict)
+    _array_field: ClassVar[str] = "data"
 
     def __post_init__(self) -> None:
         """Bring the fields to their types and check that they agree."""
@@ -152,12 +153,6 @@ class Log(Tabular):
         even = np.abs(times - grid).max() * rate <= _MAX_GRID_ERROR
         time, stamps = (times, None) if even else (grid, times)
         return cls(time, rate, data, tuple(names), unit, meta, stamps, extra or {})
-
-    def __array__(
-        self, dtype: npt.DTypeLike | None = None, copy: bool | None = None
-    ) -> npt.NDArray[Any]:
-        """Return `data` for ``numpy.asarray``, shape (n, k), without a copy unless requested."""
-        return np.array(self.data, dtype=dtype, copy=copy)
 
     def __repr__(self) -> str:
         """Return the size, rate, length, unit and names."""

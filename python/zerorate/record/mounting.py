@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
+from zerorate.geometry.scipy_rotation import RotationLike, as_matrices
 from zerorate.record import Recording
 from zerorate.types import Floats
 
@@ -46,7 +46,7 @@ class Mounting:
         return any(part is not None for part in parts)
 
 
-def body_axes(recording: Recording, body_from_sensor: npt.ArrayLike) -> Recording:
+def body_axes(recording: Recording, body_from_sensor: RotationLike) -> Recording:
     """Return a recording with all sensors of three axes rotated into the body's axes.
 
     Parameters
@@ -54,7 +54,7 @@ def body_axes(recording: Recording, body_from_sensor: npt.ArrayLike) -> Recordin
     recording : Recording
         Recording whose gyros, accelerometers and magnetometers are rotated; others stay. The
         result's ``mounting`` no longer has a rotation.
-    body_from_sensor : array_like, shape (3, 3)
+    body_from_sensor : array_like, shape (3, 3), or scipy Rotation
         Rotation matrix that turns a vector in sensor axes into body axes.
 
     Raises
@@ -78,10 +78,10 @@ def body_axes(recording: Recording, body_from_sensor: npt.ArrayLike) -> Recordin
     return replace(recording, logs=rotated, supplement=recording.supplement.in_body_axes())
 
 
-def check_rotation(values: npt.ArrayLike) -> Floats:
+def check_rotation(values: RotationLike) -> Floats:
     """Return a checked rotation matrix; ValueError if it is not a rotation."""
     try:
-        matrix = np.array(values, dtype=np.float64)
+        matrix = np.array(as_matrices(values), dtype=np.float64)
     except (TypeError, ValueError):
         matrix = np.empty(0)
     if matrix.shape != (3, 3):

@@ -278,7 +278,31 @@ KIND_OF_UNIT: Final = {
 }
 _LENGTH_UNITS = {"m": "m", "km": "km", "cm": "cm", "mm": "mm", "deg": "deg", "rad": "rad"}
 
+_NO_PRESSURE_WORDS = (
+    r"diff|airspeed|dynamic|pitot|tire|tyre|oil|brake|fuel|coolant|manifold|boost|temp"
+)
+_PRESSURE_UNITS = {"pa": "Pa", "hpa": "hPa", "kpa": "kPa", "mbar": "hPa", "mb": "hPa", "bar": "bar"}
+_ANGLE_UNITS = {"deg": "deg", "°": "deg", "degrees": "deg", "rad": "rad", "radians": "rad"}
+
 _SENSOR_KINDS: Final = {
+    "pressure": _SensorKind(
+        re.compile(r"(^|_)(baro|press|pressure)$"),
+        re.compile(f"{_NO_SAMPLE_WORDS}|{_NO_PRESSURE_WORDS}"),
+        _PRESSURE_UNITS,
+        None,
+    ),
+    "height": _SensorKind(
+        re.compile(r"(^|_)baro(meter|metric)?_?(alt|altitude|height)$"),
+        re.compile(_NO_SAMPLE_WORDS + r"|vel|target|setpoint"),
+        {"m": "m", "meter": "m", "meters": "m", "ft": "ft", "feet": "ft"},
+        None,
+    ),
+    "baseline": _SensorKind(
+        re.compile(rf"(^|_)(baseline|rel_?pos)_?({_DIRECTION_WORDS}|[ned])$"),
+        re.compile(_NO_SAMPLE_WORDS + r"|acc|vel"),
+        {"m": "m", "cm": "cm", "mm": "mm"},
+        _POSITION_AXIS,
+    ),
     "temperature": _SensorKind(
         re.compile(r"(^|_)temp(erature)?s?\d*(_|$)"),
         re.compile(_NO_SAMPLE_WORDS + r"|target|setpoint|coef"),
@@ -326,6 +350,8 @@ _SENSOR_KINDS: Final = {
         _QUATERNION_LETTER,
     ),
 }
+_HEADING = re.compile(r"^(compass|((compass|mag|magnetic|antenna|dual|gnss|gps)_)?(heading|hdg))$")
+"""Names of a heading, if they carry the unit of an angle."""
 _SIGMA_PREFIX = re.compile(r"^(?:(position|velocity)_)?(?:sigma|std)_")
 
 
@@ -334,9 +360,12 @@ def meaning_of(name: str) -> Meaning | None:
     """Return the meaning of a column's name, None for an unknown sensor.
 
     The kinds are ``gyro``, ``accel``, ``mag``, ``temperature``, ``velocity``, ``position``,
-    ``gravity`` and ``reference``, and ``velocity_sigma`` and ``position_sigma`` for standard
-    deviations.
+    ``gravity``, ``reference``, ``pressure``, ``height``, ``heading`` and ``baseline``, and
+    ``velocity_sigma`` and ``position_sigma`` for standard deviations.
     """
+    stem, unit = _split_unit_of_kind(name, _ANGLE_UNITS)
+    if unit in ("deg", "rad") and _HEADING.match(to_snake_case(stem)):
+        return Meaning("heading", to_snake_case(stem), unit)
     stem, unit = split_unit(name)
     kind = _kind_of_imu(stem, unit)
     if kind == "mag":
@@ -352,6 +381,8 @@ def meaning_of(name: str) -> Meaning | None:
     for kind, row in _SENSOR_KINDS.items():
         stem, unit = _split_unit_of_kind(name, row.units)
         if row.names.search(to_snake_case(stem)) and not row.excluded.search(to_snake_case(stem)):
+            if kind == "height" and unit is None:
+                return None
             return Meaning(kind, _strip_axis(to_snake_case(stem), row.axes), unit)
     return None
 

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from zerorate.geometry.scipy_rotation import Oriented, as_quaternions
 from zerorate.record.atomic import atomic_path
 from zerorate.record.exporting import document_export
 from zerorate.types import Floats
 
 
 @dataclass(frozen=True, eq=False)
-class Poses:
+class Poses(Oriented):
     """Positions and orientations of a body.
 
     Parameters
@@ -22,7 +23,7 @@ class Poses:
         s, increasing.
     position : ndarray, shape (n, 3)
         Position in the axes of the earth, m.
-    quaternion : ndarray, shape (n, 4)
+    quaternion : ndarray, shape (n, 4), or scipy Rotation of length n
         Orientations w, x, y, z, from the body to the earth, of length 1; NaN where not known.
     source : str
         Source of the poses.
@@ -46,6 +47,7 @@ class Poses:
 
     def __post_init__(self) -> None:
         """Bring the arrays to their types, and check that they agree."""
+        object.__setattr__(self, "quaternion", as_quaternions(self.quaternion))
         shapes = {"time": (), "position": (3,), "quaternion": (4,)}
         for name in shapes:
             object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=np.float64))

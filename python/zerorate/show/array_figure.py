@@ -19,6 +19,7 @@ from zerorate.show.style import (
     SKY,
     VERMILION,
     YELLOW,
+    add_colour_bar,
     add_panel,
     new_figure,
     shorten_source,
@@ -75,7 +76,8 @@ def plot_array(replay: ArrayReplay) -> Figure:
     )
     weights = add_panel(figure, right, _BOTTOM, panel_width, rows)
     rate = add_panel(figure, right, _BOTTOM + rows + _PANEL_GAP_MM, panel_width, _RATE_HEIGHT_MM)
-    bar = add_panel(figure, right + panel_width + _BAR_GAP, _BOTTOM, _BAR, rows)
+    bar_left = right + panel_width + _BAR_GAP
+    bar = add_colour_bar(weights, figure, bar_left, _BOTTOM, _BAR, rows)
     _draw_allan(allan, replay)
     _draw_rate(rate, replay)
     _draw_weights(weights, bar, replay)

@@ -47,6 +47,8 @@ def _format_counts(result: BatchResult) -> Iterator[str]:
         f"{counts['done']} logs done in {result.seconds:.1f} s, "
         f"{counts['skipped']} skipped, {counts['failed']} failed"
     )
+    if result.earlier:
+        yield _wrap_line(f"the summary has {len(result.earlier)} logs of earlier runs, too")
     for alarm in result.alarms:
         yield _wrap_line(f"failed: {render_text(alarm)}")
     if result.left_out:
@@ -77,7 +79,7 @@ def _format_notes(result: BatchResult) -> Iterator[str]:
 
 def _format_fleet(result: BatchResult) -> Iterator[str]:
     """Yield the outliers among the logs, and the count of those that could not be compared."""
-    fleet, compared = result.fleet, [item for item in result.outcomes if item.rows]
+    fleet, compared = result.fleet, [item for item in result.in_summary if item.rows]
     unjudged = {log for log, _ in fleet.untested_axes}
     if unjudged:
         yield _wrap_line(
@@ -117,7 +119,7 @@ def plot_batch(result: BatchResult) -> Figure:
     style_panels([axes])
     if not outliers:
         axes.xaxis.set_visible(False)
-        write_in_middle(axes, f"No log of {len(result.outcomes)} stands out from the others.")
+        write_in_middle(axes, f"No log of {len(result.in_summary)} stands out from the others.")
     axes.set_yticks(rows, [f"{outlier.log}, {outlier.quantity}" for outlier in reversed(outliers)])
     write_title(figure, "Which logs stand out?")
     return figure

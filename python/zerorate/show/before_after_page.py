@@ -12,7 +12,7 @@ from zerorate.numerals import format_with_error
 from zerorate.show.report_document import document
 from zerorate.show.report_figures import log_figures, longest_duration
 from zerorate.show.report_page import finding_cell, limits_section
-from zerorate.show.style import GREY_TEXT, new_figure, style_panels, write_title
+from zerorate.show.style import GREY_TEXT, add_panel, new_figure, style_panels, write_title
 from zerorate.show.tables import wrap_prose
 
 if TYPE_CHECKING:
@@ -68,8 +68,9 @@ def plot_before_after(comparison: BeforeAfter) -> Figure:
     drawn = [(change, part) for change, part in differences if part is not None and part[1] > 0.0][
         :_MAX_CHANGES
     ]
-    figure = new_figure(85.0, 22.0 + 5.0 * max(1, len(drawn)))
-    axes = figure.add_axes((0.4, 0.2, 0.56, 0.6))
+    height = 22.0 + 5.0 * max(1, len(drawn))
+    figure = new_figure(85.0, height)
+    axes = add_panel(figure, 34.0, 0.2 * height, 47.6, 0.6 * height)
     rows = range(len(drawn))
     names = [
         f"{change.finding.kind}, {change.finding.figure.partition('-')[2]}"

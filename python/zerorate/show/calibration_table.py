@@ -64,9 +64,9 @@ def _format_parts(calibration: Calibration) -> Iterator[str]:
         yield f"Log\n{bullet_list(notes)}"
 
 
-def format_corrected(found: Corrected) -> str:
+def format_corrected(result: Corrected) -> str:
     """Return the notes on the correction, with its calibration."""
-    return bullet_list(found.notes)
+    return bullet_list(result.notes)
 
 
 def _make_accel_table(calibration: Calibration) -> Table:

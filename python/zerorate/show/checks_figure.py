@@ -9,6 +9,7 @@ from zerorate.show.style import (
     FONT_PT,
     GREY_TEXT,
     VERMILION,
+    add_panel,
     new_figure,
     style_panels,
     write_caption,
@@ -28,7 +29,7 @@ _ROWS: Final = ("magnetometer", "gyro")
 def plot_checks(checks: Checks) -> Figure:
     """Return a bar for each span in which a sensor is seen to be right, or mistaken."""
     figure = new_figure(_WIDTH, _HEIGHT)
-    axes = figure.add_axes((0.2, 0.34, 0.76, 0.46))
+    axes = add_panel(figure, 0.2 * _WIDTH, 0.34 * _HEIGHT, 0.76 * _WIDTH, 0.46 * _HEIGHT)
     for row, finding in enumerate((checks.magnetometer, checks.gyro)):
         bars = [(begin, end - begin) for begin, end in finding.spans]
         axes.broken_barh(bars, (row - 0.3, 0.6), color=VERMILION if finding.alarm else BLUE)

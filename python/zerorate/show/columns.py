@@ -248,7 +248,7 @@ _COLUMNS: Final[Mapping[str, Callable[[Any], Columns]]] = {
     "noise.dynamic.DynamicAllan": _dynamic_columns,
     "noise.model.NoiseModel": _noise_model_columns,
     "noise.result.AllanResult": _allan_result_columns,
-    "tasks.batch.run.BatchResult": _rows(lambda result: batch_rows(result.outcomes, result.fleet)),
+    "tasks.batch.run.BatchResult": _rows(lambda many: batch_rows(many.in_summary, many.fleet)),
     "tasks.characterise.Characterisations": _of_many(_characterised_rows),
     "tasks.characterise.Characterised": _rows(_characterised_rows),
     "tasks.compare.comparison.Comparison": _rows(_comparison_rows),

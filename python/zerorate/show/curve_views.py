@@ -119,9 +119,11 @@ def plot_arma_model(model: ArmaModel) -> Figure:
 
 def plot_allan_covariance(result: AllanCovariance) -> Figure:
     """Return the Allan deviation of each gyro, and the mean of the correlations of all pairs."""
-    figure = new_figure(_WIDTH, 1.5 * _HEIGHT)
-    above = figure.add_axes((0.16, 0.42, 0.8, 0.5))
-    below = figure.add_axes((0.16, 0.09, 0.8, 0.26), sharex=above)
+    full_height = 1.5 * _HEIGHT
+    figure = new_figure(_WIDTH, full_height)
+    left, width = 0.16 * _WIDTH, 0.8 * _WIDTH
+    above = add_panel(figure, left, 0.42 * full_height, width, 0.5 * full_height)
+    below = add_panel(figure, left, 0.09 * full_height, width, 0.26 * full_height, above)
     deviations = np.sqrt(np.einsum("tii->ti", result.matrix))
     for k, (name, curve) in enumerate(zip(result.names, deviations.T, strict=True)):
         colour, way = _CURVE_STYLES[k % len(_CURVE_STYLES)]

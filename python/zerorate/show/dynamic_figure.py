@@ -11,6 +11,7 @@ from zerorate.noise.kinds import KINDS
 from zerorate.noise.quantities import choose_display_unit
 from zerorate.show.style import (
     FONT_PT,
+    add_colour_bar,
     add_panel,
     new_figure,
     style_decades,
@@ -38,7 +39,8 @@ def plot_dynamic(result: DynamicAllan) -> Figure:
     `result`: missing values are grey.
     """
     figure = new_figure(_WIDTH, _HEIGHT)
-    axes, bar = (add_panel(figure, *rectangle) for rectangle in (_MAP_MM, _BAR_MM))
+    axes = add_panel(figure, *_MAP_MM)
+    bar = add_colour_bar(axes, figure, *_BAR_MM)
     from matplotlib.colors import LogNorm
     from matplotlib.ticker import MaxNLocator
 
@@ -59,7 +61,7 @@ def plot_dynamic(result: DynamicAllan) -> Figure:
     axes.set_yscale("log")
     axes.set_xlabel(f"middle of the window [{unit}]")
     axes.set_ylabel("averaging time [s]")
-    scale = figure.colorbar(mesh, cax=bar)
+    scale = axes.figure.colorbar(mesh, cax=bar)
     scale.set_label(f"{KINDS[result.kind].title} [{shown.unit}]")
     duration = (result.times[-1] + result.window / 2.0) / seconds
     axes.set_xlim(0.0, duration)

@@ -104,4 +104,6 @@ def _draw_path(axes: Axes, track: FootTrack) -> None:
     half = 0.56 * max(highs[0] - lows[0], (highs[1] - lows[1]) / aspect, 1.0)
     axes.set_ylim(middle[0] - half, middle[0] + half)
     axes.set_xlim(middle[1] - half * aspect, middle[1] + half * aspect)
+    # Holds in axes of another shape, too.
+    axes.set_aspect("equal", adjustable="datalim")
     write_names(axes, 4)

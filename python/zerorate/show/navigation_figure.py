@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from zerorate.geometry.earth import local_ned
+from zerorate.navigation.aids import OUTPUTS
 from zerorate.navigation.outage import (
     ELLIPSE_SIGMAS,
     FILTER,
@@ -24,6 +25,7 @@ from zerorate.show.stack import (
     add_margin,
     draw_band,
     draw_with_sigma,
+    find_spans,
     shade,
     share_time_axis,
     write_head,
@@ -70,6 +72,8 @@ _MAX_POINTS: Final = 4000
 _ELLIPSE_COUNT: Final = 12
 _CIRCLE_ANGLES: Final = np.linspace(0.0, 2.0 * math.pi, 49)
 _AXES: Final = (*zip("xyz", AXIS_COLOURS, strict=True),)
+_MARK_HEIGHT: Final = 0.05
+"""Part of a panel's height that a mark has where an output is not usable."""
 _EXPECTED_NIS: Final = 3.0
 """Mean of a normalised innovation squared of three axes."""
 
@@ -212,6 +216,8 @@ def _describe_end(track: Track) -> str:
 
 def _make_caption(track: Track, longest: OutageErrors | None, nis: bool) -> str:
     caption = "Ellipses: 95 %. Bands: ± 2σ."
+    if track.usable.size and not track.usable[track.navigating].all():
+        caption += " Bars at the foot of a panel: that output is not usable."
     if track.smoothed:
         caption = f"Smoothed: each position from all fixes. {caption}"
     if nis:
@@ -264,6 +270,8 @@ def _fit_scale(axes: Axes, track_ned: Floats) -> None:
     half = 0.56 * max(high[0] - low[0], (high[1] - low[1]) / wide, 10.0)
     axes.set_ylim(middle[0] - half, middle[0] + half)
     axes.set_xlim(middle[1] - half * wide, middle[1] + half * wide)
+    # Holds in axes of another shape, too.
+    axes.set_aspect("equal", adjustable="datalim")
 
 
 def _horizontal_ned(position: Floats, origin: Floats) -> Floats:
@@ -309,6 +317,7 @@ def _draw_speed(panel: Axes, track: Track, times: Floats) -> None:
     sigma = np.hypot(*track.sigma[rows, 3:5].T)
     draw_with_sigma(panel, times[rows], speed, sigma, BLUE, "± 2σ")
     panel.set_ylim(bottom=0.0)
+    _mark_not_usable(panel, track, times, {"velocity": BLUE})
     write_head(panel, "speed [m/s]")
 
 
@@ -319,6 +328,7 @@ def _draw_position_sigma(panel: Axes, track: Track, times: Floats) -> None:
     panel.plot(times[rows], level, color=BLUE, lw=_STROKE, label="level")
     panel.plot(times[rows], up, "--", color=VERMILION, lw=_STROKE, label="height")
     _set_log_scale(panel)
+    _mark_not_usable(panel, track, times, {"position": BLUE, "height": VERMILION})
     write_head(panel, "position, 2σ [m]")
     write_names(panel)
 
@@ -330,8 +340,25 @@ def _draw_angle_sigma(panel: Axes, track: Track, times: Floats) -> None:
     tilt = np.hypot(*sigma[:, :2].T)
     panel.plot(times[rows], tilt, "--", color=VERMILION, lw=_STROKE, label="tilt")
     _set_log_scale(panel)
+    _mark_not_usable(panel, track, times, {"heading": BLUE, "attitude": VERMILION})
     write_head(panel, "orientation, 2σ [deg]")
     write_names(panel)
+
+
+def _mark_not_usable(panel: Axes, track: Track, times: Floats, colours: Mapping[str, str]) -> None:
+    """Mark at the foot of a panel where an output is not usable, one bar above the other."""
+    if len(track.usable) != track.n:
+        return
+    for k, (output, colour) in enumerate(colours.items()):
+        begins, ends = find_spans(track.navigating & ~track.usable[:, OUTPUTS.index(output)])
+        seconds = np.interp([begins, ends], np.arange(track.n), times)
+        panel.broken_barh(
+            list(zip(seconds[0], seconds[1] - seconds[0], strict=True)),
+            (k * _MARK_HEIGHT, _MARK_HEIGHT),
+            transform=panel.get_xaxis_transform(),
+            color=colour,
+            lw=0.0,
+        )
 
 
 def _set_log_scale(panel: Axes) -> None:

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from zerorate.geometry.rotations import euler_angles
+from zerorate.navigation.aids import OUTPUTS
 from zerorate.navigation.heading import format_heading
 from zerorate.navigation.outage import FILTER
-from zerorate.navigation.track import STATUSES
+from zerorate.navigation.track import STATUSES, VERDICTS
 from zerorate.numerals import format_with_error, shorten
 from zerorate.show.tables import Table, as_text, bullet_list, wrap_prose
 
@@ -31,6 +32,14 @@ _OVER_SIGMA: Final = (
 _NO_HEADING_TEXT: Final = {True: "from the course", False: "no heading"}
 _ROW_NAMES: Final = {"smoothed": "smoothed, largest inside"}
 """Names of rows whose own name is not clear."""
+_OUTPUT_UNITS: Final = {
+    "position": (1.0, "m"),
+    "height": (1.0, "m"),
+    "velocity": (1.0, "m/s"),
+    "attitude": (math.degrees(1.0), "deg"),
+    "heading": (math.degrees(1.0), "deg"),
+}
+"""Factors and units in which limits of outputs are shown."""
 
 
 def format_track(track: Track, *, nis: Floats | None = None) -> str:
@@ -155,7 +164,11 @@ def _format_parts(track: Track, nis: Floats | None) -> Iterator[str]:
     if navigating.size:
         yield as_text(_make_end_table(track, int(navigating[-1])))
     yield as_text(_make_fixes_table(track, nis))
+    if track.aids:
+        yield as_text(_make_aids_table(track))
     yield as_text(_make_states_table(track))
+    if track.limits:
+        yield as_text(_make_usable_table(track))
     if navigating.size:
         yield as_text(_make_bias_table(track, int(navigating[-1])))
     if track.notes:
@@ -178,6 +191,27 @@ def _make_fixes_table(track: Track, nis: Floats | None) -> Table:
             "if the standard deviations are right."
         )
     return Table("Fixes", (), tuple(rows), note=note)
+
+
+def _make_aids_table(track: Track) -> Table:
+    rows = []
+    for kind, aid in track.aids.items():
+        counts = np.bincount(aid.verdict, minlength=len(VERDICTS)).tolist()
+        finite = np.isfinite(aid.nis)
+        mean = f"{aid.nis[finite].mean():.2f}" if finite.any() else ""
+        rows.append((kind, *map(str, counts[:3]), mean))
+    note = "NIS: 1 on average, 3 of a baseline, if standard deviations are right."
+    return Table("Aids", ("", *VERDICTS[:3], "NIS, mean"), tuple(rows), note=note)
+
+
+def _make_usable_table(track: Track) -> Table:
+    rows = []
+    for output, usable in zip(OUTPUTS, track.usable.T, strict=True):
+        limit, factor, unit = track.limits[output], *_OUTPUT_UNITS[output]
+        share = 100.0 * float(usable.mean()) if usable.size else 0.0
+        end = "yes" if usable.size and usable[-1] else "no"
+        rows.append((f"{output}, {unit}", shorten(limit * factor, 3), f"{share:.1f}", end))
+    return Table("Usable", ("", "σ at most", "% of the time", "at the end"), tuple(rows))
 
 
 def _make_states_table(track: Track) -> Table:

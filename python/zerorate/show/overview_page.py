@@ -80,9 +80,9 @@ def _summarise_log(outcome: Outcome) -> LogSummary:
 
 
 def overview_page(result: BatchResult) -> str:
-    """Return the page on a batch of reports as HTML: it stands alone but for links to its logs."""
+    """Return the page on a batch of reports as one HTML file that links to its logs."""
     return document(
-        f"Reports on {len(result.outcomes)} logs", _make_body(summarise_logs(result.outcomes))
+        f"Reports on {len(result.in_summary)} logs", _make_body(summarise_logs(result.in_summary))
     )
 
 

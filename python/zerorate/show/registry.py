@@ -87,6 +87,7 @@ VIEWS: Final = {
         "navigation_table:format_alignment",
         "interval_views:plot_alignment",
     ),
+    "record.log.Log": ("series_views:format_log", "series_views:plot_log"),
     "record.offset.TimeOffset": (
         "navigation_table:format_time_offset",
         "interval_views:plot_time_offset",
@@ -136,11 +137,23 @@ VIEWS: Final = {
 }
 """Of each result by its module and class, the functions of this package that show it."""
 
+MAIN_PANELS: Final = {
+    "calibration.calibration.Calibration": 1,
+    "identification.identification.Identification": 1,
+    "tasks.identify.Identified": 1,
+    "tasks.replay.result.Replay": 1,
+}
+"""Index of the panel that answers the question of a figure, where it is not the first one."""
+
+
+def _make_view(name: str) -> View:
+    table, figure, *page = (f"zerorate.show.{place}" for place in VIEWS[name])
+    return View(table, figure, page[0] if page else "", MAIN_PANELS.get(name, 0))
+
+
 register(
     "zerorate",
-    {
-        name: View(*(f"zerorate.show.{place}" for place in views))  # table, figure
-        for name, views in VIEWS.items()
-    },
+    {name: _make_view(name) for name in VIEWS},
     columns="zerorate.show.columns:columns_of",
+    panels="zerorate.show.given_axes:draw_into",
 )

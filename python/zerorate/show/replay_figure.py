@@ -132,7 +132,7 @@ def _draw_rates(panel: Axes, replay: Replay, shown: int, seconds: float) -> None
 
 
 def _cut_limits(low: Floats, high: Floats) -> tuple[float, float]:
-    """Return limits that hold all, but for a burst that would flatten the rest to a line."""
+    """Return limits that include all but a burst that would flatten the rest to a line."""
     finite = np.isfinite(low)
     if not finite.any():
         return -1.0, 1.0

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from zerorate.numerals import format_significant, shorten
+from zerorate.record.names import split_unit
 from zerorate.show.style import (
     AXIS_COLOURS,
     BLACK,
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from zerorate.calibration.rate.angle import Integrated
     from zerorate.denoising import Denoised
     from zerorate.linear.run import LinearRun, SmoothedRun
+    from zerorate.record import Log
     from zerorate.tasks.calibrate import Corrected
     from zerorate.tasks.trace import Trace
     from zerorate.types import Floats
@@ -86,6 +88,30 @@ def plot_corrected(result: Corrected) -> Figure:
     same_clock = [log for log in logs if (log.n, log.rate) == (logs[0].n, logs[0].rate)]
     panels = [_Panel(f"{log.names[0]} .. [{log.unit}]", log.data, log.names) for log in same_clock]
     return _draw_figure("What do the corrected sensors show?", panels, logs[0].rate)
+
+
+def plot_log(log: Log) -> Figure:
+    """Return the samples of a log, one panel per unit, one curve per channel."""
+    panels = []
+    for unit in dict.fromkeys(log.units):
+        channels = [i for i, of_channel in enumerate(log.units) if of_channel == unit]
+        names = tuple(split_unit(log.names[i])[0] for i in channels)
+        label = f"{names[0]} .. [{unit}]" if len(names) > 1 else f"{names[0]} [{unit}]"
+        panels.append(_Panel(label, log.data[:, channels], names))
+    return _draw_figure("What was recorded?", panels, log.rate)
+
+
+def format_log(log: Log) -> str:
+    """Return unit, mean, standard deviation, range and missing samples of each channel."""
+    rows = []
+    for name, unit, values in zip(log.names, log.units, log.data.T, strict=True):
+        known = values[np.isfinite(values)]
+        measures = (known.mean(), known.std(), known.min(), known.max()) if known.size else ()
+        numbers = [format_significant(float(value)) for value in measures] or ["-"] * 4
+        rows.append((name, unit, *numbers, str(log.n - known.size)))
+    head = ("channel", "unit", "mean", "std", "min", "max", "missing")
+    title = f"{log.n} samples at {shorten(log.rate, 4)} Hz, {shorten(log.duration, 4)} s"
+    return as_text(Table(title, head, tuple(rows), words=2))
 
 
 def plot_denoised(result: Denoised) -> Figure:

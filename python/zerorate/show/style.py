@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
 from zerorate.numerals import shorten
+from zerorate.show.given_axes import next_panel
 from zerorate.texts import describe_missing_extra
 
 if TYPE_CHECKING:
@@ -120,10 +121,26 @@ def add_panel(
     height: float,
     sharex: Axes | None = None,
 ) -> Axes:
-    """Return a new panel of a figure, its place and size in millimetres."""
+    """Return the next panel of a figure, its place and size in millimetres."""
+    rectangle = _place_of(figure, left, bottom, width, height)
+    return next_panel(lambda shared: figure.add_axes(rectangle, sharex=sharex if shared else None))
+
+
+def add_colour_bar(
+    axes: Axes, figure: Figure, left: float, bottom: float, width: float, height: float
+) -> Axes:
+    """Return axes for the colours of a panel: in its figure, or next to axes of the caller."""
+    if axes.figure is not figure:
+        return axes.inset_axes((1.03, 0.0, 0.04, 1.0))
+    return figure.add_axes(_place_of(figure, left, bottom, width, height))
+
+
+def _place_of(
+    figure: Figure, left: float, bottom: float, width: float, height: float
+) -> tuple[float, float, float, float]:
+    """Return a rectangle given in millimetres in parts of a figure."""
     across, up = figure.get_size_inches() / INCHES_PER_MM
-    rectangle = left / across, bottom / up, width / across, height / up
-    return figure.add_axes(rectangle, sharex=sharex)
+    return left / across, bottom / up, width / across, height / up
 
 
 def _height_fraction(figure: Figure, millimetres: float) -> float:

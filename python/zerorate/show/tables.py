@@ -45,7 +45,7 @@ class Table:
         A sentence; empty for none.
     spare : tuple of int
         Columns that are left out where lines are short, in this order; by default those of numbers,
-        the last first, but for one.
+        the last first, except for one.
     legend : mapping of int to str
         What columns mean, said under the note where they are shown.
     blocks : bool

@@ -13,6 +13,7 @@ from zerorate.show.style import (
     BLUE,
     FONT_PT,
     GREY,
+    add_colour_bar,
     add_panel,
     new_figure,
     style_panels,
@@ -72,8 +73,9 @@ def plot_temperature(model: TemperatureModel) -> Figure:
             axes.set_ylabel(f"bias [{shown.unit}]")
     style_panels(panels)
     if points[0] is not None:
-        bar = add_panel(figure, full_width - _RIGHT + _BAR_GAP, _BOTTOM, _BAR, height)
-        _write_times(figure, bar, points[0], shown)
+        left = full_width - _RIGHT + _BAR_GAP
+        bar = add_colour_bar(panels[0], figure, left, _BOTTOM, _BAR, height)
+        _write_times(bar, points[0], shown)
     write_caption(figure, fill(_make_caption(shown), int(full_width / _LETTER_WIDTH_MM)))
     return figure
 
@@ -143,12 +145,10 @@ def _set_height(axes: Axes, model: TemperatureModel, i: int, curve: Floats) -> N
     axes.set_ylim(low - margin, high + margin)
 
 
-def _write_times(
-    figure: Figure, bar: Axes, points: PathCollection, model: TemperatureModel
-) -> None:
+def _write_times(bar: Axes, points: PathCollection, model: TemperatureModel) -> None:
     assert model.blocks is not None
     unit, _ = time_unit(float(model.blocks.time[-1]))
-    scale = figure.colorbar(points, cax=bar)
+    scale = points.figure.colorbar(points, cax=bar)
     scale.set_label(f"time [{unit}]")
     bar.tick_params(labelsize=FONT_PT - 0.5, width=0.5, length=2.0, pad=1.5)
     bar.yaxis.label.set_fontsize(FONT_PT)

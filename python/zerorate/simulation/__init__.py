@@ -5,6 +5,13 @@ from typing import TYPE_CHECKING, Final
 from zerorate.lazy import lazy_exports
 
 if TYPE_CHECKING:
+    from zerorate.simulation.aids import (
+        antenna_baseline,
+        barometer,
+        compass_heading,
+        magnetometer,
+        with_aids,
+    )
     from zerorate.simulation.contamination import Contamination
     from zerorate.simulation.devices import DEVICES, Device, device
     from zerorate.simulation.drive import SimulatedDrive, simulate_drive
@@ -30,7 +37,11 @@ __all__ = [
     "SimulatedMotion",
     "SimulatedSession",
     "SimulatedWalk",
+    "antenna_baseline",
+    "barometer",
+    "compass_heading",
     "device",
+    "magnetometer",
     "simulate",
     "simulate_drive",
     "simulate_feet",
@@ -39,9 +50,11 @@ __all__ = [
     "simulate_walk",
     "wheel_speeds",
     "wheel_ticks",
+    "with_aids",
 ]
 
 _LAZY_EXPORTS: Final = {
+    "aids": "antenna_baseline barometer compass_heading magnetometer with_aids",
     "contamination": "Contamination",
     "devices": "DEVICES Device device",
     "drive": "SimulatedDrive simulate_drive",

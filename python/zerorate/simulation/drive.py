@@ -29,6 +29,7 @@ from zerorate.geometry.rotations import (
     rotate,
     unit,
 )
+from zerorate.geometry.scipy_rotation import RotationLike, as_matrices
 from zerorate.noise import NoiseModel
 from zerorate.record import Log, Recording
 from zerorate.record.fixes import Fixes
@@ -41,7 +42,7 @@ from zerorate.simulation.hand import check_shape, take_or_draw
 from zerorate.types import Floats, Integers
 
 Noise: TypeAlias = NoiseModel | Device | Literal["consumer"] | None
-Mount: TypeAlias = npt.ArrayLike | Literal["random"] | None
+Mount: TypeAlias = RotationLike | Literal["random"] | None
 Kind: TypeAlias = Literal["drive", "rest"]
 
 _CONSUMER: Final = {
@@ -186,7 +187,7 @@ def simulate_drive(
     antenna : float or array_like, shape (3,)
         Vector from the inertial sensors, forward, right and down, m; or the standard deviation of a
         random vector.
-    body_from_sensor : array_like, shape (3, 3), "random" or None
+    body_from_sensor : array_like, shape (3, 3), scipy Rotation, "random" or None
         Rotation from the axes of the sensors to forward, right and down; None for none.
     time_offset : float or TimeOffset
         Offset to add to the times of the fixes, s, as `find_time_offset` finds it. A `TimeOffset`
@@ -303,7 +304,7 @@ def _draw_mount(mount: Mount, random: np.random.Generator) -> Floats | None:
             )
         q = unit(random.standard_normal((1, 4)))
         return rotate(q[0], np.eye(3)).T.copy()
-    matrix = check_shape("body_from_sensor", mount, (3, 3))
+    matrix = check_shape("body_from_sensor", as_matrices(mount), (3, 3))
     if not (np.abs(matrix @ matrix.T - np.eye(3)).max() < 1e-6 and np.linalg.det(matrix) > 0.0):
         raise ArgumentError("body_from_sensor", f"must be a rotation, got {matrix.tolist()}")
     return matrix

@@ -17,6 +17,7 @@ from zerorate.array.logs import ArrayLog, array_log
 from zerorate.array.rotations import Rotations, find_rotations, read_rotations
 from zerorate.checks.preparation import FILTER_CHOICES, prepare
 from zerorate.faults import ArgumentError, bare_argument, keyword_argument, make_sentence
+from zerorate.geometry.scipy_rotation import RotationLike, as_matrices
 from zerorate.io.writing import write_log
 from zerorate.numerals import shorten
 from zerorate.options import add_rest_limits
@@ -226,7 +227,7 @@ class ArrayArguments(ReadingArguments, total=False):
 def replay_array(
     source: Source | ArrayLog,
     *,
-    rotations: Rotations | npt.ArrayLike | Path_ | None = None,
+    rotations: Rotations | RotationLike | Path_ | None = None,
     positions: npt.ArrayLike | None = None,
     weights: Weights | npt.ArrayLike = "auto",
     fix: bool = False,
@@ -241,7 +242,7 @@ def replay_array(
     ----------
     source : Recording, Log, ArrayLog, path, data frame or mapping of arrays
         Recording with several gyros of one body; an ArrayLog is used unchanged.
-    rotations : Rotations, path, array_like of shape (N, 3, 3) or "find", optional
+    rotations : Rotations, path, array_like of shape (N, 3, 3), scipy Rotation or "find", optional
         Rotations to the axes of the body. "find" estimates them from the motion in the log. By
         default all sensors are assumed aligned.
     positions : array_like, shape (N, 3), optional
@@ -316,11 +317,11 @@ def _is_find(rotations: object) -> bool:
     return isinstance(rotations, str) and rotations == _FIND
 
 
-def _load_rotations(rotations: Rotations | npt.ArrayLike | Path_ | None) -> Any:  # noqa: ANN401
+def _load_rotations(rotations: Rotations | RotationLike | Path_ | None) -> Any:  # noqa: ANN401
     """Return rotations, read from a file where they are the path of one."""
     if isinstance(rotations, str | os.PathLike) and not _is_find(rotations):
         return read_rotations(rotations)
-    return rotations
+    return as_matrices(rotations)
 
 
 def _load_array(

@@ -470,12 +470,12 @@ def check_exports(exports: Sequence[str], supported: Sequence[str]) -> None:
             )
 
 
-def unusable(found: MagnetometerCalibration) -> Sequence[str]:
+def unusable(calibration: MagnetometerCalibration) -> Sequence[str]:
     """Return the reason why a magnetometer's calibration is useless; empty if it is not."""
-    if found.problems:
-        return found.problems[:1]
-    if not found.applied and not any(one.identifiable for one in found.hard_iron):
-        advice = "; ".join(found.advice) or "rotate the sensor about two different axes"
+    if calibration.problems:
+        return calibration.problems[:1]
+    if not calibration.applied and not any(one.identifiable for one in calibration.hard_iron):
+        advice = "; ".join(calibration.advice) or "rotate the sensor about two different axes"
         return (f"the log does not show the hard iron: {advice}",)
     return ()
 

@@ -428,11 +428,11 @@ def files_of(result: Characterised, **exports: Any) -> Files:  # noqa: ANN401
     return files_with(result, texts)
 
 
-def files_with(found: Characterised, exports: Mapping[str, str]) -> Files:
+def files_with(result: Characterised, exports: Mapping[str, str]) -> Files:
     """Return the files of a characterisation; `exports` maps further names to texts."""
-    curves = [one.curve for one in found.sensors]
+    curves = [one.curve for one in result.sensors]
     writers: list[Writer] = [lambda path: write_curves(curves, path)]
     writers += map(text_writer, exports.values())
     endings = [EXPORTS[name] for name in exports]
-    figure = figure_writer(found.plot)
+    figure = figure_writer(result.plot)
     return Files("-zerorate-allan", "", writers, endings, {"": figure}, formats=CURVE_FORMATS)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -22,6 +23,7 @@ from zerorate.io.poses import read_poses
 from zerorate.io.reading import read_log
 from zerorate.io.writing import write_log
 from zerorate.metrics.tracks import TrackErrors, ate, rpe
+from zerorate.navigation.aid_channels import AidInputs, Channel, judge_channels
 from zerorate.navigation.alignment import Alignment
 from zerorate.navigation.begin import (
     Beginning,
@@ -31,12 +33,15 @@ from zerorate.navigation.begin import (
     ProcessNoise,
     find_beginning,
 )
+from zerorate.navigation.field_heading import find_field_heading
+from zerorate.navigation.heading import format_heading
 from zerorate.navigation.options import NAVIGATION_OPTIONS
 from zerorate.navigation.outage import OutagePlan, Outages, doubt_start
 from zerorate.navigation.track import Track, explain_no_start
 from zerorate.navigation.tracks import write_geojson, write_gpx
 from zerorate.navigation.wheels import Wheels
 from zerorate.noise import NoiseModel, worst_axis
+from zerorate.noise.quantities import Quantity
 from zerorate.progress import Progress, choose_reporter
 from zerorate.record.fixes import Fixes
 from zerorate.record.log import Log, LogError
@@ -45,6 +50,7 @@ from zerorate.record.poses import Poses
 from zerorate.record.recording import Recording
 from zerorate.record.regular import read_regular_text
 from zerorate.record.samples import Samples
+from zerorate.tasks.aids import AidChoice, AidRequest, Readings
 from zerorate.tasks.corrections import correction_of
 from zerorate.tasks.saving import Files, Writer, figure_writer, text_writer
 from zerorate.tasks.source import (
@@ -58,9 +64,16 @@ from zerorate.types import Floats
 from zerorate.views import Result
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from zerorate._native import NavigationFilter
+
 PathLike = str | os.PathLike[str]
+_START_READINGS: Final = 10
+"""Readings of a compass whose mean is the heading at the start."""
+_COMPASS_SIGMA_RAD: Final = 0.035
+"""Default of the filter's ``compass_sigma``, rad."""
 StatedNoise = NoiseModel | PathLike | None
 """A model of a sensor's noise, or the file of one."""
 
@@ -75,6 +88,10 @@ class NavigateOptions(ReadingArguments, total=False):
     antenna_sigma: float
     wheel_sigma: float
     speed_sigma: float
+    barometer_sigma: float
+    barometer_walk: float
+    compass_sigma: float
+    compass_walk: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,17 +169,24 @@ class Navigation(Result):
         """Return the track as a log, as `Track.to_log` does."""
         return self.track.to_log()
 
-    def plot(self, panels: Literal["usual", "all"] = "usual") -> Figure:
+    def plot(
+        self,
+        panels: Literal["usual", "all"] = "usual",
+        *,
+        ax: Axes | Sequence[Axes] | None = None,
+    ) -> Figure:
         """Return the figure of the track; ImportError without matplotlib, of the extra ``plot``.
 
         Parameters
         ----------
         panels : {"usual", "all"}
             The usual panels, at most six, or all panels.
+        ax : matplotlib Axes, or a sequence of them, optional
+            Axes for the path, and for the panels that follow it.
         """
         from zerorate.views import figure_of
 
-        return figure_of(self, panels == "all")
+        return figure_of(self, panels == "all", ax=ax)
 
 
 @dataclass(frozen=True)
@@ -227,6 +251,16 @@ def navigate(
     wheel_speed: str | npt.ArrayLike | None = None,
     wheel_ticks: str | npt.ArrayLike | None = None,
     tick: float | None = None,
+    pressure: Readings = None,
+    pressure_unit: str | None = None,
+    baro_height: Readings = None,
+    compass: Readings = None,
+    compass_unit: str | None = None,
+    mag: bool = False,
+    baseline: npt.ArrayLike | None = None,
+    baseline_columns: Readings = None,
+    aids: AidChoice = "auto",
+    limits: Mapping[str, float] | None = None,
     gyro_noise: StatedNoise = None,
     accel_noise: StatedNoise = None,
     noise: ProcessNoise = "auto",
@@ -249,7 +283,7 @@ def navigate(
         With a gyro and an accelerometer.
     fixes : Fixes or path, optional
         Fixes of the receiver; by default those in the recording.
-    mount : array_like, shape (3, 3), "auto" or "none"
+    mount : array_like, shape (3, 3), scipy Rotation, "auto" or "none"
         Rotation from the sensors' axes to forward, right, down. "auto": from the metadata, or else
         from the motion. "none": the sensors' axes are the body's.
     antenna : array_like, shape (3,), optional
@@ -275,8 +309,34 @@ def navigate(
         samples. Implies a wheeled vehicle.
     tick : float, optional
         Metres per tick; by default from the receiver's speed.
+    pressure, baro_height : str, array_like, shape (n,), or Aid, optional
+        Pressure, or height, m, of a barometer: a column of the source, values at the gyro's
+        samples, or `zerorate.navigation.Aid`. Default: found by its name (``pressure_hpa``,
+        ``baro_alt_m``).
+    pressure_unit : str, optional
+        Pa, hPa, kPa, bar, inHg, mmHg or psi. Default: by the name, or by the size of the pressure
+        at the height of the fixes.
+    compass : str, array_like, shape (n,), or Aid, optional
+        Heading of a compass, or of two antennas, likewise. Default: found by its name
+        (``heading_deg``, ``compass_deg``). Its convention is that which fits the motion.
+    compass_unit : {"deg", "rad"}, optional
+        Default: by the name, the size or the motion.
+    mag : bool
+        Use the magnetometer of the recording as compass: calibrated by its motion, levelled, with
+        the declination of the place.
+    baseline : array_like, shape (3,), optional
+        Vector from the first to the second antenna, m forward, right, down.
+    baseline_columns : str, array_like, shape (n, 3), or Aid, optional
+        Measured vector between the antennas, m north, east, down: columns with commas, or values.
+        Default: found by its name (``baseline_north_m``).
+    aids : {"auto", "stated"}
+        "auto": use aids that are found by their names too. "stated": use only those given.
+    limits : dict of str to float, optional
+        Largest standard deviations of usable outputs: position, height, m, velocity, m/s, attitude,
+        heading, rad. Default: those of `zerorate.NavigationFilter`.
     gyro_noise, accel_noise : NoiseModel or path, optional
-        Noise of the sensors. Default: the noise of consumer sensors.
+        Noise of the sensors, or a file of it: JSON, or an ``imu.yaml`` of Kalibr. Default: the
+        noise of consumer sensors.
     noise : {"auto", "stated"}
         Process noise of the filter. "auto": fitted so that coasting errors agree with the filter's
         standard deviations (`zerorate.navigation.find_noise`); the noise of given models is only
@@ -297,7 +357,8 @@ def navigate(
         Called with the name of the step and the fraction done. By default a notebook shows a bar.
     **options
         Further options of `zerorate.NavigationFilter`: gate, adapt, covariance_step, kind,
-        antenna_sigma, wheel_sigma, speed_sigma; and arguments of `zerorate.read_recording`, if the
+        antenna_sigma, wheel_sigma, speed_sigma, barometer_sigma, barometer_walk, compass_sigma,
+        compass_walk; and arguments of `zerorate.read_recording`, if the
         source is a file.
 
     Returns
@@ -319,14 +380,18 @@ def navigate(
     >>> drive = zr.simulate_drive(duration=180.0, seed=5)
     >>> found = zr.navigate(drive.recording(), drive.fixes.shifted(0.3))
     >>> found.notes[0].partition(":")[0]
-    'the clock is as sensors and fixes fit best'
+    'the clock offset is the one with the best fit of sensors and fixes'
     """
     report = choose_reporter(progress)
     wheels = _Wheels.of(wheel_speed, wheel_ticks, tick)
+    request = AidRequest(
+        pressure, baro_height, compass, baseline_columns, pressure_unit, compass_unit, aids
+    )
     wheeled = vehicle if wheels is None else "wheeled"
     reading, constants = split_options(options, NAVIGATION_OPTIONS)
     filter_options = {
         **_vehicle_options(wheeled, axle, constants),
+        **_aid_options(baseline, limits),
         **_load_noise_models(gyro_noise, accel_noise),
         **constants,
     }
@@ -341,12 +406,16 @@ def navigate(
     alarms = list(prepared.alarms)
     with name_source_in_errors(recording.source, alarms):
         report("navigating", 0.1)
-        beginning = find_beginning(
-            prepared.recording, used_fixes, mount=mount, antenna=antenna, time_offset=time_offset,
-            heading=heading, rest=rest, noise=noise, alarms=alarms, **filter_options,
+        channels = _drop_unusable(request.channels(source, prepared.recording), baseline, alarms)
+        begin = partial(
+            find_beginning, prepared.recording, used_fixes, mount=mount, antenna=antenna,
+            time_offset=time_offset, rest=rest, noise=noise, **filter_options,
         )  # fmt: skip
+        beginning = _begin_with_compass(begin, heading, channels, used_fixes, alarms)
         speed = None if wheels is None else _read_wheels(wheels, source, beginning, used_fixes)
-        run = _Run(beginning, used_fixes, speed, smooth, lengths, filter_options)
+        run = _Run(
+            beginning, used_fixes, speed, smooth, lengths, filter_options, channels, mag, alarms
+        )
         navigation = run.run(report)
     return replace(navigation, truth=truth, alarms=tuple(alarms))
 
@@ -359,6 +428,52 @@ def _read_wheels(
     )
 
 
+def _drop_unusable(
+    channels: list[Channel], baseline: npt.ArrayLike | None, alarms: list[str]
+) -> list[Channel]:
+    """Leave out the vectors of two antennas whose places on the vehicle are not stated."""
+    usable = [one for one in channels if one.kind != "baseline" or baseline is not None]
+    for channel in channels:
+        if channel not in usable:
+            stated = keyword_argument("baseline", "1,0,0", "baseline=(1, 0, 0)")
+            advice = "the vector between two antennas is not used; ", stated
+            alarms.append(
+                make_sentence(f"{channel.name}: ", *advice, " says it forward, right and down, m")
+            )
+    return usable
+
+
+def _begin_with_compass(
+    begin: Callable[..., Beginning],
+    heading: Heading,
+    channels: list[Channel],
+    fixes: Fixes,
+    alarms: list[str],
+) -> Beginning:
+    """Return the beginning; where the motion shows no heading, with that of the compass."""
+    first_alarms: list[str] = []
+    compass = [channel for channel in channels if channel.kind == "heading"]
+    try:
+        beginning = begin(heading=heading, alarms=first_alarms)
+    except LogError:
+        if heading is not None or not compass:
+            alarms.extend(first_alarms)
+            raise
+        judged = judge_channels(compass, fixes, None)
+        readings = judged.aids.get("heading")
+        if readings is None:
+            alarms.extend(first_alarms)
+            raise
+        first_alarms.clear()
+        early = np.asarray(readings.value)[:_START_READINGS]
+        angle = float(np.angle(np.exp(1j * early).mean()))
+        beginning = begin(heading=angle, alarms=first_alarms)
+        note = f"heading at the start by the compass: {format_heading(angle, 0)} deg"
+        beginning = replace(beginning, notes=(*beginning.notes, note))
+    alarms.extend(first_alarms)
+    return beginning
+
+
 @dataclass(frozen=True, eq=False)
 class _Run:
     """A navigation that has begun: the filter, the outages, the smoother."""
@@ -369,12 +484,20 @@ class _Run:
     smooth: bool
     lengths: tuple[float, ...]
     options: dict[str, Any] = field(default_factory=dict)
+    channels: list[Channel] = field(default_factory=list)
+    mag: bool = False
+    alarms: list[str] = field(default_factory=list)
 
     def run(self, progress: Progress) -> Navigation:
         """Return the track, and errors in outages if lengths were given."""
         beginning = self.beginning
         nav = beginning.filter(**self.options)
         inputs: dict[str, Any] = {"wheel_speed": self.speed, "time_offset": beginning.time_offset}
+        judged = self._judge_aids(nav, inputs)
+        offset = abs(judged.heading_offset)
+        if offset > _COMPASS_SIGMA_RAD and "compass_sigma" not in self.options:
+            nav = beginning.filter(**self.options, compass_sigma=offset)
+        inputs |= judged.aids
         keep: Literal["all", "track"] = "all" if self.smooth else "track"
         track = nav.copy().process(beginning.recording, self.fixes, keep=keep, **inputs)
         if not track.navigating.any():
@@ -391,8 +514,37 @@ class _Run:
         if self.smooth:
             progress("smoothing", 0.7)
             track = track.smooth()
-        notes = tuple(dict.fromkeys(filter(None, (*beginning.notes, doubt, *track.notes))))
+        all_notes = (*beginning.notes, *judged.notes, doubt, *track.notes)
+        notes = tuple(dict.fromkeys(filter(None, all_notes)))
         return Navigation(replace(track, notes=notes), beginning.start, nis, errors)
+
+    def _judge_aids(self, nav: NavigationFilter, inputs: dict[str, Any]) -> AidInputs:
+        """Return the aids, judged by the track without them."""
+        if not self.channels and not self.mag:
+            return AidInputs()
+        recording = self.beginning.recording
+        track = nav.copy().process(recording, self.fixes, keep="track", **inputs)
+        channels, notes = list(self.channels), list[str]()
+        if self.mag and not any(channel.kind == "heading" for channel in channels):
+            if recording.mag is None:
+                raise LogError(
+                    "there is no magnetometer; the recording has: " + ", ".join(recording)
+                )
+            found = find_field_heading(recording, self.fixes, track)
+            notes += found.notes
+            channels += [] if found.channel is None else [found.channel]
+        judged = judge_channels(channels, self.fixes, track)
+        source = recording.source
+        self.alarms.extend(make_sentence(f"{source}: ", alarm) for alarm in judged.alarms)
+        judged.notes[:0] = notes
+        return judged
+
+
+def _aid_options(
+    baseline: npt.ArrayLike | None, limits: Mapping[str, float] | None
+) -> dict[str, Any]:
+    given = {"baseline": baseline, "limits": None if limits is None else dict(limits)}
+    return {name: value for name, value in given.items() if value is not None}
 
 
 def _scale_progress(progress: Progress, first: float, last: float) -> Progress:
@@ -450,8 +602,11 @@ def _load_noise_models(
 
 def _load_noise_model(path: Path, quantity: str) -> NoiseModel:
     """Return the model in a file, or the worst axis of those of a quantity in one of several."""
+    text = read_regular_text(path)
+    if (model := _read_kalibr(text, quantity)) is not None:
+        return model
     try:
-        content = json.loads(read_regular_text(path))
+        content = json.loads(text)
         axes = content.get("axes") if isinstance(content, dict) else None
         if not isinstance(axes, dict):
             return NoiseModel.from_json(path)
@@ -462,9 +617,27 @@ def _load_noise_model(path: Path, quantity: str) -> NoiseModel:
         if not matching:
             raise ValueError(f"no axis has a model of {quantity}")
         return worst_axis(matching)
+    except json.JSONDecodeError:
+        expected = "the JSON of 'zerorate allan --export json' or an imu.yaml of Kalibr"
+        raise LogError(f"{path}: it holds no noise of this sensor; expected {expected}") from None
     except ValueError as error:
         text = str(error)
         raise LogError(text if text.startswith(str(path)) else f"{path}: {text}") from None
+
+
+def _read_kalibr(text: str, quantity: str) -> NoiseModel | None:
+    """Return the model of a sensor in an ``imu.yaml`` of Kalibr, None if it holds none.
+
+    Its densities are those of continuous time; all other coefficients are unknown.
+    """
+    of: Quantity = "acceleration" if quantity == "acceleration" else "angular rate"
+    sensor = "accelerometer" if of == "acceleration" else "gyroscope"
+    names = (f"{sensor}_noise_density", f"{sensor}_random_walk")
+    found = [re.search(rf"(?m)^[ \t]*{name}[ \t]*:[ \t]*([-+.\deE]+)", text) for name in names]
+    white, walk = (None if match is None else float(match[1]) for match in found)
+    if white is None and walk is None:
+        return None
+    return NoiseModel(white, rate_random_walk=walk, quantity=of)
 
 
 def _load_truth(reference: Poses | Fixes | PathLike, offset: float) -> Poses | Fixes:

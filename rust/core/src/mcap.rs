@@ -275,7 +275,7 @@ impl Walk<'_> {
     }
 }
 
-/// A fault in a chunk, told by the byte of the file where the chunk begins.
+/// A fault in a chunk, at the byte of the file where the chunk begins.
 fn placed(fault: Fault, at: usize) -> Fault {
     match fault {
         Fault::Record(_) => Fault::Record(at),
@@ -358,8 +358,8 @@ mod tests {
         record(MESSAGE, &[&head, &time.to_le_bytes()])
     }
 
-    /// Two channels; a chunk that is packed by turning every bit, one that is not, and a message
-    /// beside them, which comes too late.
+    /// Two channels; a chunk that is packed by inverting every bit, one that is not packed, and a
+    /// late message outside chunks.
     fn file() -> Vec<u8> {
         let declared = [
             record(SCHEMA, &[&[1, 0], &text("Imu"), &text("ros2msg"), &text("float64 x")]),
@@ -437,8 +437,8 @@ mod tests {
         let place = whole.windows(3).position(|word| word == b"lz4").expect("it is there");
         let mut other = whole;
         other[place] = b'x';
-        let told = read(&other, &[0], 9).expect_err("nobody knows it").to_string();
-        assert!(told.ends_with("has the compression 'xz4', expected lz4, zstd or none"), "{told}");
+        let fault = read(&other, &[0], 9).expect_err("nobody knows it").to_string();
+        assert!(fault.ends_with("'xz4', expected lz4, zstd or none"), "{fault}");
     }
 
     proptest! {

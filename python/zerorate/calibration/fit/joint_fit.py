@@ -20,7 +20,7 @@ _SENSOR_PARAMETERS: Final = 18
 
 _MAX_STEPS: Final = 25
 _VARIANCE_STEPS: Final = 12
-"""Steps after which the variances stay, lest they and the weights of turns chase each other."""
+"""Steps after which the variances stay fixed: they and the weights of turns could oscillate."""
 
 _PRIOR_RESIDUALS: Final = (10.0, 1.0)
 """Residuals assumed to agree with the first guess at both variances."""
@@ -188,7 +188,7 @@ class Fit:
     factors
         Found over assumed standard deviation of rests and of turns.
     weights
-        Of each turn, 1 but for outliers.
+        Weight of each turn: 1, and less for outliers.
     turn_rotations
         The turns.
     """

@@ -127,7 +127,7 @@ def _measure_windows(sensor: Sensor) -> _Windows:
 
 def _window_variances(sensor: Sensor, block: int, blocks: int, count: int) -> tuple[Floats, Floats]:
     """Return variances in windows and the number of samples that are there."""
-    # About a level of the record, lest the squares of an offset hide the noise.
+    # About a level of the record, so that the squares of an offset do not hide the noise.
     level = sensor.data - np.nanmedian(sensor.data[:: max(1, sensor.n // 1000)], axis=0)
     number = np.full(count, float(block))
     if sensor.missing is not None:

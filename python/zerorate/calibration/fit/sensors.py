@@ -86,7 +86,7 @@ class Sensor:
 
     def index_at(self, time: float) -> int:
         """Return the first sample at or after a time, at most n."""
-        # Times of a grid are whole periods but for rounding.
+        # Times of a grid are whole periods, except for rounding.
         return int(np.clip(np.ceil((time - self.start) * self.rate - 1e-6), 0, self.n))
 
     def mean(self, first: int, last: int) -> Floats:

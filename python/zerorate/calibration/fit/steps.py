@@ -317,8 +317,8 @@ def _unused_reasons(case: Case) -> list[tuple[str, str]]:
     )
     return [
         (kind, interval.reason.partition(":")[0])
-        for kind, found in kinds
-        for interval in found
+        for kind, items in kinds
+        for interval in items
         if not interval.used
     ]
 

@@ -38,7 +38,7 @@ _writes = partial(
     faults="""\
 ValueError
     If nothing is applied or fewer than three directions of the hard iron are known, without
-    `doubtful`; if the unit of the samples is none of a magnetic field.""",
+    `doubtful`; if the unit of the samples is not one of a magnetic field.""",
     options="""\
 doubtful : bool
     Write doubtful numbers, too, with a warning in the file; default False.""",

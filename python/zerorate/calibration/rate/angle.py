@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, cast, get_args
+from typing import ClassVar, Literal, TypeAlias, cast, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +22,7 @@ from zerorate.record.named import rate_of, unit_of
 from zerorate.record.names import UNKNOWN_UNIT
 from zerorate.types import Booleans, Floats
 from zerorate.units import convert, kind
-from zerorate.views import Result
+from zerorate.views import OneArray, Result
 
 IntegrationMethod: TypeAlias = Literal["backward-euler", "trapezoid", "coning"]
 
@@ -30,7 +30,7 @@ _IGNORED_TERMS = ("quantization", "rate_ramp", "markov", "sinusoid")
 
 
 @dataclass(frozen=True, eq=False)
-class Integrated(Result):
+class Integrated(OneArray, Result):
     """Angle or orientation from an integrated rate.
 
     Attributes
@@ -60,6 +60,8 @@ class Integrated(Result):
     >>> turned.quaternion[-1].round(3).tolist(), turned.sigma
     ([0.969, 0.0, 0.0, 0.247], None)
     """
+
+    _array_field: ClassVar[str] = "angle"
 
     angle: Floats
     quaternion: Floats | None

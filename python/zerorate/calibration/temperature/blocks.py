@@ -106,7 +106,7 @@ def average_blocks(
 
 
 def _block_means(values: Floats, number: Integers, counts: Integers) -> Floats:
-    """Return the mean of each block, summed from its first value on lest an offset cost digits."""
+    """Return the mean of each block, summed about its first value to keep digits."""
     origin = values[0] if values.size else 0.0
     sums = np.bincount(number, values - origin, minlength=counts.size)
     return np.asarray(origin + sums / np.maximum(counts, 1))
@@ -147,7 +147,7 @@ def _detrended_variances(windows: Floats) -> tuple[Floats, Booleans]:
     number = np.maximum(present.sum(axis=1, keepdims=True), 1)
     position = np.where(present, np.arange(windows.shape[1])[:, np.newaxis], 0.0)
     position = np.where(present, position - position.sum(axis=1, keepdims=True) / number, 0.0)
-    # From the first sample on, lest an offset cost digits.
+    # About the first sample, so that an offset costs no digits.
     first = np.take_along_axis(windows, present.argmax(axis=1)[:, np.newaxis], axis=1)
     off = np.where(present, windows - np.nan_to_num(first), 0.0)
     off = np.where(present, off - off.sum(axis=1, keepdims=True) / number, 0.0)

@@ -169,8 +169,8 @@ def to_px4(
     ------
     ValueError
         If the record does not show that the bias depends on temperature, without `doubtful`; if the
-        model has not three axes, or the unit of its samples is none of angular rate, or
-        `instance` is none of PX4's.
+        model does not have three axes, the unit of its samples is not an angular rate, or
+        PX4 has no such `instance`.
     """
     if instance not in range(4):
         raise ArgumentError("instance", f"must be 0 to 3, got {instance!r}")
@@ -223,8 +223,8 @@ def to_ardupilot(
     ------
     ValueError
         If the record does not show that the bias depends on temperature, without `doubtful`; if the
-        model has not three axes, or the unit of its samples is none of angular rate, or
-        `instance` is none of ArduPilot's.
+        model does not have three axes, the unit of its samples is not an angular rate, or
+        ArduPilot has no such `instance`.
     """
     if instance not in range(1, 4):
         raise ArgumentError("instance", f"must be 1 to 3, got {instance!r}")

@@ -1,8 +1,8 @@
 """Rows that repeat the one before, in a live stream: the evidence of a log, and the samples left.
 
-A log leaves such rows out where its sensor is slower for certain (`zerorate.io.clocks.repeats`),
-and its stamps do not confirm the rate stated for the rows themselves. A stream makes the same test
-once as many rows have come as that takes.
+A log leaves such rows out where its sensor is slower for certain (`zerorate.io.clocks.repeats`) or
+rows are sent again, and its stamps do not confirm the rate stated for the rows themselves. A stream
+makes the same tests once as many rows have come as they take.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ from zerorate.io.clocks.repeats import (
     find_repeats,
     find_rows_per_sample,
     make_sensor_grid,
+    sent_again,
+    stamped_again,
 )
 from zerorate.record.clock import count_noun
 from zerorate.record.log import LogError
@@ -38,7 +40,9 @@ _MAX_SHIFT_SAMPLES: Final = 0.49
 
 
 class HeldRows:
-    """Finds the rows of a stream that hold a sample of a slower sensor, and leaves them out.
+    """Finds the rows of a stream that repeat the one before and are no samples; leaves them out.
+
+    They hold a sample of a slower sensor, or are sent again.
 
     All rows are kept until there is evidence: most streams disprove it with the first 64 rows. A
     sensor's sample that happens to equal the one before is given with the next change, or late.
@@ -52,8 +56,10 @@ class HeldRows:
     ----------
     period : float or None
         Rows that hold a sample; None until they are known to.
+    again : bool
+        True once rows are known to be sent again.
     possible : bool
-        True if rows may hold samples of a slower sensor.
+        True if rows may be no samples.
     left_out_count : int
         Rows left out.
 
@@ -70,6 +76,7 @@ class HeldRows:
     def __init__(self, rate: float) -> None:
         self.rate, self.possible = rate, True
         self.period: float | None = None
+        self.again = False
         self.left_out_count = 0
         self._rows_rate = 0.0
         self._last: list[float] = []
@@ -80,19 +87,26 @@ class HeldRows:
         # Rows and samples since the first, and by how many samples changes are late on average.
         self._place, self._tick, self._phase = 0, 0, 0.0
 
+    @property
+    def known(self) -> bool:
+        """True once it is known which rows are no samples."""
+        return self.again or self.period is not None
+
     def look(self, row: Any, stamp: float | None, values: list[float]) -> list[Any] | None:  # noqa: ANN401
         """Keep a row; once there is evidence return the rows (row, stamp) that are samples."""
         self._changes += not self._is_repeat(values)
         self._kept.append([row, stamp])
         self._values.append(values)
         rows = len(self._kept)
-        if rows >= _FIRST_CHECK_ROWS and not rows & (rows - 1):
+        is_check = rows >= _FIRST_CHECK_ROWS and not rows & (rows - 1)
+        if is_check:
             self.possible = (
                 rows >= 0.5 * (1.0 + MIN_ROWS_PER_SAMPLE) * self._changes and self._is_too_fast()
             )
-        samples = None
-        if self.possible and (self._changes >= self._due or rows >= HEAD_ROWS):
-            samples, self._due = self._select_samples(), 2 * self._due
+        samples = self._select_samples(False) if self.possible and is_check else None
+        is_due = self._changes >= self._due or rows >= HEAD_ROWS
+        if samples is None and self.possible and is_due:
+            samples, self._due = self._select_samples(True), 2 * self._due
             self.possible = samples is not None or rows < HEAD_ROWS
         if samples is not None or not self.possible:
             self._kept, self._values = [], []
@@ -101,6 +115,9 @@ class HeldRows:
     def take(self, row: Any, stamp: float | None, values: list[float]) -> list[Any]:  # noqa: ANN401
         """Return the rows (row, stamp) that are samples, those kept among them, once known."""
         is_repeat = self._is_repeat(values)
+        if self.again:
+            self.left_out_count += is_repeat
+            return [] if is_repeat else [[row, stamp]]
         self._place += 1
         self._kept.append([row, stamp])
         assert self.period is not None
@@ -110,7 +127,12 @@ class HeldRows:
 
     def sentences(self) -> Iterator[str]:
         """Yield the number of rows that were left out."""
-        if self.period is not None:
+        if self.again:
+            yield (
+                f"clock: {count_noun(self.left_out_count, 'row')} left out that repeat the one "
+                "before, with no clock of their own"
+            )
+        elif self.period is not None:
             rows, count = self._rows_rate, self.left_out_count + len(self._kept)
             yield (
                 f"clock: {count_noun(count, 'row')} left out that repeat the one "
@@ -138,26 +160,39 @@ class HeldRows:
         return bool(last) and same and any(a == a for a in values)
 
     def _is_too_fast(self) -> bool:
-        """Return True if rows arrive faster than the stated rate."""
+        """Return True if rows arrive faster than the stated rate, one by one or on the whole."""
         stamps = [stamp for _, stamp in self._kept]
         if any(stamp is None for stamp in stamps):
             return False
-        return float(np.median(np.diff(stamps))) * self.rate < _MIN_STEP_PERIODS
+        steps = np.diff(stamps)
+        step = min(float(np.median(steps)), float(np.mean(steps)))
+        return step * self.rate < _MIN_STEP_PERIODS
 
-    def _select_samples(self) -> list[Any] | None:
-        """Return the rows that are samples by the evidence of a log, None if there is none."""
+    def _select_samples(self, is_due: bool) -> list[Any] | None:
+        """Return the rows that are samples by the evidence of a log, None if there is none.
+
+        Before that is due only rows count that have the stamp of the one before.
+        """
         if not self._is_too_fast():
             return None
         stamps = np.array([stamp for _, stamp in self._kept])
         values = np.array(self._values)
+        repeats = find_repeats(values)
+        if not is_due and not stamped_again(repeats, stamps):
+            return None
         try:
             grid = fit_own_grid(stamps - stamps[0], 0.0, self.rate)
         except LogError:
             return None
-        rows_per_sample = find_rows_per_sample(values, grid.first_indices(HEAD_ROWS))
-        if rows_per_sample is None or grid.agrees_with(self.rate):
+        if grid.agrees_with(self.rate):
             return None
-        sensor_grid = make_sensor_grid(grid, find_repeats(values), rows_per_sample)
+        rows_per_sample = find_rows_per_sample(values, grid.first_indices(HEAD_ROWS))
+        if rows_per_sample is None:
+            self.again = not grid.report.burst_count and sent_again(values, repeats, stamps)
+            self.left_out_count = int(repeats.sum()) if self.again else 0
+            used = np.flatnonzero(~repeats).tolist()
+            return [self._kept[i] for i in used] if self.again else None
+        sensor_grid = make_sensor_grid(grid, repeats, rows_per_sample)
         assert sensor_grid.used_rows is not None
         used_rows = sensor_grid.used_rows.tolist()
         self._begin(used_rows, grid.rate, grid.rate / sensor_grid.rate)

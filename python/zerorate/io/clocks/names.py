@@ -40,7 +40,7 @@ _TIME_NAME: Final = re.compile(
     rf"^(?:t|(?:.*_)?(?:times?|time_?stamps?|stamps?|realtime|uptime|systime)){_SUFFIX}$"
 )
 _MAYBE_TIME_NAME: Final = re.compile(
-    rf"^(?:(?:ts|elapsed|epoch|unix|clock){_SUFFIX}|temps|date|date_?times?|(?:{'|'.join(_UNIT_NAMES)}"
+    rf"^(?:(?:ts|elapsed|epoch|unix|clock){_SUFFIX}|temps|date|date_?times?|i?_?tow(?:_ms)?|(?:{'|'.join(_UNIT_NAMES)}"
     rf"){_ORIGIN})$"
 )
 _BRACKETED_UNIT: Final = re.compile(rf"[\[(]\s*(?:{'|'.join(_UNIT_OF_WORD)})\s*[\])]\s*(?:\.\d+)?$")

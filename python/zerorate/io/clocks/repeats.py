@@ -130,25 +130,30 @@ def _is_abrupt(values: Floats, repeats: Booleans) -> bool:
     return bool(moving.any() and repeats.sum() >= _MIN_REPEAT_RATIO * by_chance)
 
 
+def stamped_again(again: Booleans, seconds: Floats) -> bool:
+    """Return True if the rows that repeat the one before are those that have its stamp."""
+    if len(again) < _FEW_ROWS or again.mean() < _MANY:
+        return False
+    same = np.append(False, np.diff(seconds) == 0.0)
+    return bool((same & again).sum() >= _MIN_EVEN_PART * max(same.sum(), again.sum()))
+
+
 def sent_again(values: Floats, again: Booleans, seconds: Floats) -> bool:
     """Return True if rows that repeat the one before, at no clock's moments, are no samples.
 
     They have the stamp of the one before, and no others have; or they are far more than chance
     would have, and none of them stays for long, as a stuck sensor does.
     """
-    if len(again) < _FEW_ROWS or again.mean() < _MANY:
-        return False
-    same = np.append(False, np.diff(seconds) == 0.0)
-    if (same & again).sum() >= _MIN_EVEN_PART * max(same.sum(), again.sum()):
+    if stamped_again(again, seconds):
         return True
+    if len(again) < _SPAN_CHANGES or again.mean() < _MANY:
+        return False
     edges = np.flatnonzero(np.diff(np.concatenate(([0], again.view(np.int8), [0]))))
     longest = float(np.percentile(edges[1::2] - edges[::2], 100.0 * _MIN_EVEN_PART))
     # A fine sensor hardly ever has one of its numbers again.
     equal = (np.diff(values, axis=0) == 0.0)[~again[1:]]
     fine = equal.size > 0 and bool(equal.mean() <= _EQUAL)
-    return (
-        fine and len(again) >= _SPAN_CHANGES and longest <= _SHORT_RUN and _is_abrupt(values, again)
-    )
+    return fine and longest <= _SHORT_RUN and _is_abrupt(values, again)
 
 
 def make_sensor_grid(grid: Grid, repeats: Booleans, rows_per_sample: float) -> Grid:

@@ -23,7 +23,7 @@ from zerorate.io.clocks.units import (
     row_step,
     unit_argument,
 )
-from zerorate.io.clocks.written import unpack_times
+from zerorate.io.clocks.written import unpack_dates, unpack_times
 from zerorate.io.table import Column
 from zerorate.record.log import LogError
 from zerorate.record.missing import without_masks
@@ -124,10 +124,12 @@ def _unpack_times(numbers: Column, name: str) -> tuple[Counts, float, Unit] | No
         or median_step(_subtract_first(numbers, name)) <= 0.0
     ):
         return None
-    times = unpack_times(numbers)
+    dates = unpack_dates(numbers)
+    times = unpack_times(numbers) if dates is None else dates
     if times is None:
         return None
-    note = f"time column '{name}' read as hours, minutes and seconds in one number"
+    parts = "hours" if dates is None else "date, hours"
+    note = f"time column '{name}' read as {parts}, minutes and seconds in one number"
     return times - times[0], float(times[0]), Unit(1.0, 0.0, note)
 
 

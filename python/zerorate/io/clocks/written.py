@@ -36,6 +36,11 @@ _TIME: Final = re.compile(
     r"([0-9]{1,2}):([0-9]{2})(?::([0-9]{2}))?(?:[.,:]([0-9]{1,9}))?"
     r"(?: ?([AaPp])\.?[Mm]\.?)?(?: ?(Z|[+-][0-9]{2}:?[0-9]{2}))?"
 )
+_COMPACT: Final = re.compile(
+    r"([12][0-9]{3})([01][0-9])([0-3][0-9])[T_ -]([0-2][0-9])([0-5][0-9])([0-6][0-9])"
+    r"(?:[.,]([0-9]{1,9}))?(Z|[+-][0-9]{2}:?[0-9]{2})?"
+)
+"""The compact form of ISO 8601: ``20240501T120000.010``."""
 _EPOCH_DAY: Final = date(1970, 1, 1).toordinal()
 _DAY_NS: Final = 86_400 * 10**9
 
@@ -43,6 +48,10 @@ _DAY_NS: Final = 86_400 * 10**9
 _HALF_DAY_S: Final = 43_200.0
 _MAX_PROBED: Final = 10_000
 """Numbers that distinguish nearly any count from times of day, at a fraction of the cost."""
+_FIRST_PACKED_DATE: Final = 2e13
+"""The first number of a date of this century, YYYYMMDDHHMMSS."""
+_MAX_DAYS: Final = 1000
+"""Most days of a log."""
 _PACKED_PER_SECOND: Final = (1, 1_000, 1_000_000)
 """Counts a second of hours, minutes and seconds written as one number: HHMMSS, HHMMSSmmm."""
 
@@ -66,7 +75,13 @@ def is_written_time(cell: str) -> bool:
 
 
 def _split_time(cell: str) -> _TimeParts | None:
-    match = _TIME.fullmatch(cell.strip())
+    text = cell.strip()
+    compact = _COMPACT.fullmatch(text)
+    if compact is not None:
+        year, month, day, hours, minutes, seconds = compact.groups()[:6]
+        fraction, zone = (part or "" for part in compact.groups()[6:])
+        return _TimeParts(f"{year}-{month}-{day}", hours, minutes, seconds, fraction, "", zone)
+    match = _TIME.fullmatch(text)
     return None if match is None else _TimeParts(*(text or "" for text in match.groups()))
 
 
@@ -162,6 +177,37 @@ def _parse_day(parts: Sequence[str], month_first: bool) -> int | None:
         return date(year, month, day).toordinal()
     except ValueError:
         return None
+
+
+def unpack_dates(numbers: npt.NDArray[Any]) -> npt.NDArray[np.float64] | None:
+    """Return the seconds since 1970 of numbers such as 20240501120000010, None for all others.
+
+    ``YYYYMMDDHHMMSS`` and thousandths are distinguished from a count by their digits, which are
+    those of dates of this century in all rows.
+    """
+    if float(numbers.min()) < _FIRST_PACKED_DATE:
+        return None
+    for per_second in _PACKED_PER_SECOND[:2]:
+        day, clock = np.divmod(numbers, 10**6 * per_second)
+        packed_days = np.unique(np.asarray(day, dtype=np.int64))
+        split = _split_packed(clock, float(per_second)) if len(packed_days) < _MAX_DAYS else None
+        days = {number: _packed_day(int(number)) for number in packed_days} if split else {}
+        if (
+            split is not None
+            and None not in days.values()
+            and float(clock.max()) < 240_000 * per_second
+        ):
+            starts = np.array([days[number] or 0 for number in packed_days]) * 86_400.0
+            seconds: npt.NDArray[np.float64] = starts[np.searchsorted(packed_days, day)] + split[1]
+            return seconds
+    return None
+
+
+def _packed_day(number: int) -> int | None:
+    """Return the day since 1970 of a number such as 20240501, None for none of this century."""
+    year, month, day = number // 10_000, number // 100 % 100, number % 100
+    found = _parse_day((str(year), str(month), str(day)), False) if 2000 <= year < 2100 else None
+    return None if found is None else found - _EPOCH_DAY
 
 
 def unpack_times(numbers: npt.NDArray[Any]) -> npt.NDArray[np.float64] | None:

@@ -110,7 +110,7 @@ def _magnetometer(message: Message) -> _Columns:
 
 
 def _barometer(message: Message) -> _Columns:
-    named = {"Press": "pressure_pa", "Alt": "baro_altitude_m", "Temp": "baro_temperature_degc"}
+    named = {"Press": "pressure_pa", "Alt": "baro_altitude_m", "Temp": "barotemp_degc"}
     return _rename(message, named)
 
 
@@ -362,7 +362,7 @@ def _choose_sensors(parts: Mapping[str, Message], tables: Mapping[str, Table]) -
 
     imus = of("IMU") or of("GYR", "ACC") or of("IMT")
     references = of("SIM") or [n for n in _ESTIMATES if n in of(n)]
-    return (*imus, *of("MAG"), *of("GPS"), *references)
+    return (*imus, *of("MAG"), *of("BARO", "BAR2", "BAR3"), *of("GPS"), *references)
 
 
 def _note_fast_topics(tables: dict[str, Table], sensors: Sequence[str]) -> dict[str, Table]:

@@ -58,12 +58,13 @@ class McapReader:
     def read(
         self,
         connections: Sequence[_Connection],
-        limit: int = _ALL,
+        limit: int | None = None,
         kept: Sequence[tuple[int, int]] = (),
     ) -> McapMessages:
         """Return the messages of some connections, at most ``limit``, or parts of each."""
+        most = _ALL if limit is None else limit
         wanted = [connection.id for connection in connections]
-        return McapMessages(*read_mcap(self._raw, wanted, limit, list(kept))[2])
+        return McapMessages(*read_mcap(self._raw, wanted, most, kept)[2])
 
     def messages(
         self, connections: Sequence[_Connection]

@@ -39,8 +39,11 @@ _BEFORE: Final = 50
 _TAIL: Final = 1 << 16
 _FEW: Final = 0.1
 """Part of the lines that are torn at most, where they are to be left out."""
-_NO_ROW: Final = re.compile(rb"(?m)^[ \t]*(?:(?:#|%|//)[^\n]*)?\n")
-_NO_ROW_OF_TABS: Final = re.compile(rb"(?m)^(?: *|[ \t]*(?:#|%|//)[^\n]*)\n")
+_NO_ROW: Final = re.compile(rb"\n[ \t]*(?:(?:#|%|//)[^\n]*)?(?=\n|\Z)")
+_NO_ROW_OF_TABS: Final = re.compile(rb"\n(?: *|[ \t]*(?:#|%|//)[^\n]*)(?=\n|\Z)")
+"""Lines that are no rows, with the line's end before them, which is soon found."""
+_ODD_MARKS: Final = (b'"', b"#", b"%", b"//")
+"""Marks of lines that are no plain rows."""
 _DELIMITERS: Final = (",", ";", "\t", "|", None)
 """Those of plain rows; a blank alone may stand in an empty line."""
 _MISSING_WORDS: Final = [word.encode() for word in MISSING]
@@ -82,9 +85,9 @@ def is_value(cell: str, decimal_comma: bool = False) -> bool:
 def parse_columns(raw: bytes, layout: Layout, wanted: list[int]) -> list[Column]:
     """Return the columns at some indices; LogError that names line and column of a fault."""
     kinds = _find_kinds(layout, wanted)
-    columns = (
-        None if _count_headers(raw, layout) else _plain(raw, layout.offset, layout, wanted, kinds)
-    )
+    odd = any(raw.find(mark, layout.offset) >= 0 for mark in _ODD_MARKS)
+    odd = odd or _count_headers(raw, layout) > 0
+    columns = None if odd else _plain(raw, layout.offset, layout, wanted, kinds)
     if columns is None:
         columns = _plain(_plain_rows(raw, layout), 0, layout, wanted, kinds)
     if columns is not None:
@@ -173,7 +176,8 @@ def describe_lines(raw: bytes, layout: Layout) -> Iterator[str]:
     stray = [
         start
         for start, end in _quoted_lines(raw)
-        if _is_stray(decode_text(raw[start:end]), layout.delimiter)
+        if _without_quotes(raw[start:end], layout.delimiter) is None
+        and _is_stray(decode_text(raw[start:end]), layout.delimiter)
     ]
     if stray:
         line = 1 + sum(1 for _ in _LINE_END.finditer(raw, 0, stray[0]))
@@ -248,7 +252,8 @@ def _plain_rows(raw: bytes, layout: Layout) -> bytes:
     rows = raw[layout.offset :]
     if b"\r" in rows:
         rows = rows.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    rows = (_NO_ROW_OF_TABS if layout.delimiter == "\t" else _NO_ROW).sub(b"", rows)
+    no_row = _NO_ROW_OF_TABS if layout.delimiter == "\t" else _NO_ROW
+    rows = no_row.sub(b"", b"\n" + rows)[1:]
     if _count_headers(raw, layout):
         lines = rows.split(b"\n")
         rows = b"\n".join(line for line in lines if decode_text(line).strip() != layout.header)
@@ -271,11 +276,24 @@ def _strip_quotes(rows: bytes, delimiter: str | None) -> Iterator[bytes]:
     mark = delimiter or " "
     done = 0
     for start, end in _quoted_lines(rows):
-        cells = [cell or "NA" for cell in split_cells(decode_text(rows[start:end]), delimiter)]
         yield rows[done:start]
-        yield mark.join("?" if mark in c or '"' in c else c for c in cells).encode()
+        bare = _without_quotes(rows[start:end], delimiter)
+        if bare is None:
+            cells = [cell or "NA" for cell in split_cells(decode_text(rows[start:end]), delimiter)]
+            bare = mark.join("?" if mark in c or '"' in c else c for c in cells).encode()
+        yield bare
         done = end
     yield rows[done:]
+
+
+def _without_quotes(line: bytes, delimiter: str | None) -> bytes | None:
+    """Return a line in which every cell is quoted and plain without quotes, None for another."""
+    line, mark = line.rstrip(b"\r"), (delimiter or " ").encode()
+    if not (line.startswith(b'"') and line.endswith(b'"')) or line.count(b'"') % 2:
+        return None
+    bare = line[1:-1].replace(b'"' + mark + b'"', mark)
+    is_plain = b'"' not in bare and line.count(b'"') == 2 * bare.count(mark) + 2
+    return bare if is_plain and delimiter is not None else None
 
 
 def _quoted_lines(text: bytes) -> Iterator[tuple[int, int]]:

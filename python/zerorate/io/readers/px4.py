@@ -169,6 +169,10 @@ def _read_fifo(fields: _Fields, name: str) -> tuple[Column, _Columns]:
     return (_stamps(fields)[:, None] - before)[is_used], columns
 
 
+def _barometer(fields: _Fields) -> _Columns:
+    return {"pressure_pa": fields["baro_pressure_pa"], "baro_altitude_m": fields["baro_alt_meter"]}
+
+
 def _attitude(fields: _Fields) -> _Columns:
     return {f"ref_quat_{letter}": fields[f"q[{i}]"] for i, letter in enumerate("wxyz")}
 
@@ -182,6 +186,7 @@ _TOPICS: Final[dict[str, Callable[[_Fields], _Columns]]] = {
     "vehicle_acceleration": _make_vector_reader("xyz[{}]", "accel_{}_mps2"),
     "vehicle_magnetometer": _make_vector_reader("magnetometer_ga[{}]", "mag_{}_gauss"),
     "sensor_mag": _make_vector_reader("{}", "mag_{}_gauss"),
+    "vehicle_air_data": _barometer,
     "vehicle_gps_position": _fixes,
     "sensor_gps": _fixes,
     "vehicle_attitude_groundtruth": _attitude,

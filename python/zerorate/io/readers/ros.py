@@ -274,7 +274,7 @@ def decode_cdr_imu(raw: bytes, numbers: Mapping[str, struct.Struct] = _VALUE_STR
 
 
 def read_cdr_imus(
-    reader: McapReader, connections: Sequence[_Connection], *limit: int
+    reader: McapReader, connections: Sequence[_Connection], limit: int | None = None
 ) -> npt.NDArray[np.void]:
     """Return stamp, rate and acceleration of messages of ROS 2, shape (n,), from an MCAP file.
 
@@ -283,9 +283,9 @@ def read_cdr_imus(
     ValueError
         If a message has more or fewer bytes than its type.
     """
-    messages = reader.read(connections, *limit, kept=_KEPT)
+    messages = reader.read(connections, limit, _KEPT)
     order = messages.begins // np.uint64(_KEPT_DTYPE.itemsize)
-    rows = messages.raw.view(_KEPT_DTYPE)[order]
+    rows: npt.NDArray[np.void] = messages.raw.view(_KEPT_DTYPE)[order]
     big = rows["representation"][:, 1] & 1 == 0
     if big.any():
         rows[big] = rows[big].view(_KEPT_DTYPE.newbyteorder(">"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import zip_longest
 from typing import Final
@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from zerorate.faults import keyword_argument, make_sentence
-from zerorate.io.evidence import loaded, named_by_values, rises
+from zerorate.io.evidence import named_by_values
 from zerorate.io.parts import split_table
 from zerorate.io.readers.cells import is_comment, split_cells
 from zerorate.io.readers.layouts import delimiter_of, find_layout, first_lines
@@ -25,6 +25,7 @@ from zerorate.io.readers.parsers import (
     without_torn,
 )
 from zerorate.io.table import Content, Metadata, Table
+from zerorate.io.timecolumns import load_column, rises
 from zerorate.record.log import LogError
 from zerorate.record.names import meaning_of
 from zerorate.record.words import parse_name, words_of
@@ -69,6 +70,17 @@ _INSTANCE_WORDS: Final = {
     "sensor",
 }
 """Words in the name of a column that distinguishes sensors."""
+_ANDROID_SENSORS: Final = {
+    "1": ("accelerometer", "mps2"),
+    "2": ("magnetometer", "ut"),
+    "4": ("gyroscope", "radps"),
+    "16": ("gyroscope_uncalibrated", "radps"),
+    "35": ("accelerometer_uncalibrated", "mps2"),
+}
+"""Numbers of sensors in Android, as of ``Sensor.TYPE_ACCELEROMETER``, with their units."""
+_GRAVITY: Final = 9.80665
+_NEAR_GRAVITY: Final = 0.3
+"""Part by which the accelerations of a phone may differ from gravity, most of the time."""
 _MAX_INSTANCES: Final = 16
 _MIN_TURN_PART: Final = 0.2
 """Part of the rows that follow one of another sensor, at least, where sensors take turns."""
@@ -207,7 +219,9 @@ def _of_word(raw: bytes, word: str, at: int, stated: list[str]) -> Table:
 
 def _names_by_values(table: Table, word: str, at: int) -> list[str]:
     """Return names of the clocks, which rise, and of the three axes behind them, none if unsure."""
-    numbers = {i: column for i in range(table.width) if (column := loaded(table, i)) is not None}
+    numbers = {
+        i: column for i in range(table.width) if (column := load_column(table, i)) is not None
+    }
     clocks = [i for i, column in numbers.items() if rises(column)]
     rest = [i for i in range(table.width) if i > max(clocks, default=-1) and i != at]
     if not _AXES <= len(rest) <= _AXES + 2:
@@ -247,27 +261,74 @@ def _make_message_table(raw: bytes, names: list[str], label: str) -> Table | Non
 
 
 def split_by_label(table: Table) -> Content | None:
-    """Return the sensors of a table with a column of texts that names the sensor of each row."""
+    """Return the sensors of a table with a column that names the sensor of each row.
+
+    That are texts, or the numbers that Android has for sensors.
+    """
     if table.names is None or table.labels is None or _has_kind(table, *_KINDS):
         return None
-    axes = [i for i, name in enumerate(table.names) if parse_name(name).kind == ""]
+    axes = _find_bare_axes(table.names)
     label_columns = [i for i, name in enumerate(table.names) if _SENSOR_WORDS & set(words_of(name))]
-    for column in label_columns if len(axes) == 3 else ():
+    for column in label_columns if axes else ():
         try:
             parts = split_table(table, column)
         except LogError:
             continue
-        known = {name: part for name, part in parts.items() if parse_name(f"{name} x").kind}
+        words = {name: (name, "") for name in parts}
+        if _are_android(parts, axes):
+            words = {name: own for name, own in _ANDROID_SENSORS.items() if name in parts}
+            listed = ", ".join(f"{name} for the {word}" for name, (word, _) in words.items())
+            note = f"sensors are distinguished by their numbers in Android: {listed}"
+            parts = {name: parts[name].noted(note) for name in words}
+        known = {words[name]: part for name, part in parts.items() if _kind_of(words[name][0])}
         if known:
-            renamed = {name: _rename_axes(part, axes, name) for name, part in known.items()}
-            return make_content(renamed)
+            own = {
+                word: _rename_axes(part, axes, word, unit) for (word, unit), part in known.items()
+            }
+            return make_content(own)
     return None
 
 
-def _rename_axes(table: Table, axes: list[int], label: str) -> Table:
+def with_android_names(table: Table) -> Table:
+    """Return rows of a time, the number of a sensor in Android and three axes with names."""
+    if table.names is not None or table.width != 2 + _AXES or table.labels is None:
+        return table
+    axes = [2, 3, 4]
+    for number in (0, 1):
+        try:
+            parts = split_table(table, number)
+        except LogError:
+            continue
+        if len(parts) <= _MAX_INSTANCES and _are_android(parts, axes):
+            names = ["time", "sensor"] if number else ["sensor", "time"]
+            return replace(table, names=(*names, "x", "y", "z"))
+    return table
+
+
+def _find_bare_axes(names: Sequence[str]) -> list[int]:
+    """Return the three columns of axes without a sensor: x, y, z or values by their number."""
+    letters = [i for i, name in enumerate(names) if parse_name(name).kind == ""]
+    values = [
+        i for i, name in enumerate(names) if re.fullmatch(r"values?\W*[0-3]\W*", name.lower())
+    ]
+    return next((own for own in (letters, values) if len(own) == _AXES), [])
+
+
+def _are_android(parts: Mapping[str, Table], axes: list[int]) -> bool:
+    """Return True if rows are labelled by Android's numbers: those of 1 have about 1 g."""
+    if "1" not in parts or not all(name.isdigit() for name in parts):
+        return False
+    columns = [load_column(parts["1"], index) for index in axes]
+    size = np.sqrt(sum(np.square(c.astype(float)) for c in columns if c is not None))
+    return bool(abs(np.nanmedian(size) / _GRAVITY - 1.0) < _NEAR_GRAVITY)
+
+
+def _rename_axes(table: Table, axes: list[int], label: str, unit: str) -> Table:
     names = list(table.names or ())
-    for index in axes:
-        names[index] = f"{label}_{'xyz'[parse_name(names[index]).axis or 0]}"
+    for axis, index in zip("xyz", axes, strict=True):
+        own = parse_name(names[index]).axis
+        name = f"{label}_{axis if own is None else 'xyz'[own]}"
+        names[index] = f"{name}_{unit}" if unit else name
     return replace(table, names=tuple(names), meta=replace(table.meta, sensor=label))
 
 

@@ -17,6 +17,7 @@ from typing import Any, Final
 
 from zerorate.io.evidence import named_by_values
 from zerorate.io.readers.cells import make_inert
+from zerorate.io.readers.foreign_numbers import plain_numbers
 from zerorate.io.readers.layouts import find_layout, first_lines
 from zerorate.io.readers.parsers import (
     Layout,
@@ -32,6 +33,7 @@ from zerorate.io.readers.rows import (
     split_by_label,
     split_messages,
     table_of_rows,
+    with_android_names,
 )
 from zerorate.io.readers.tokens import ECHO, SERIAL_STAMP, tokenizer_of
 from zerorate.io.signatures import is_text
@@ -60,14 +62,19 @@ def read(path: Path) -> Content:
     if not is_text(raw):
         raise LogError("the content is binary, expected a text table")
     _check_no_result(raw)
-    content = _track(raw) or tokenized(raw, path.stem)
-    if content is not None:
-        return content
+    raw, notes = plain_numbers(raw)
+    content = _track(raw) or tokenized(raw, path.stem) or _read_rows(raw, path.stem)
+    tables = {name: table.noted(*notes) for name, table in content.tables.items()}
+    return replace(content, tables=tables)
+
+
+def _read_rows(raw: bytes, stem: str) -> Content:
+    """Return the content of a text of rows, in a file of some name."""
     raw, has_stamps = _strip_arrows(_with_one_mark(raw))
     content = split_messages(raw) or labelled(raw)
     if content is not None:
         return content
-    table = _named(_read_table(raw), path.stem)
+    table = _named(with_android_names(_read_table(raw)), stem)
     if has_stamps:
         names = table.names and ("time", *table.names[1:])
         table = replace(table, names=names, time=0)
@@ -245,8 +252,7 @@ def _name_by_file(table: Table, stem: str) -> Table:
     ]
     old, new = (", ".join(listed[i] for i in bare) for listed in (table.names, names))
     note = f"{old} are {new}, for the file is named after that sensor"
-    meta = replace(table.meta, notes=(*table.meta.notes, note))
-    return replace(table, names=tuple(names), meta=meta)
+    return replace(table, names=tuple(names)).noted(note)
 
 
 def find_sensor_files(folder: Path) -> list[Path]:

@@ -2,6 +2,7 @@
 
 from zerorate.tasks.batch.fleet import Fleet, Outlier
 from zerorate.tasks.batch.run import BatchResult, batch
+from zerorate.tasks.batch.single import process_log
 from zerorate.tasks.batch.task import Outcome, Settings
 
-__all__ = ["BatchResult", "Fleet", "Outcome", "Outlier", "Settings", "batch"]
+__all__ = ["BatchResult", "Fleet", "Outcome", "Outlier", "Settings", "batch", "process_log"]

@@ -14,7 +14,7 @@ from zerorate.noise.characterise import (
 )
 from zerorate.noise.quantities import si_unit
 from zerorate.record import Log, atomic_path
-from zerorate.tasks.batch.command import Command, LogOutput, Quantity, Row, finite_or_none
+from zerorate.tasks.batch.command import Command, LogOutput, LogPath, Quantity, Row, finite_or_none
 from zerorate.tasks.characterise import characterise
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ _TERMS: Final = ("angle_random_walk", "bias_instability", "rate_random_walk")
 _TAUS: Final = {f"deviation_{tau:g}s": tau for tau in (1.0, 10.0, 100.0)}
 
 
-def _characterise_log(settings: "Settings", source: Path, output: Path) -> LogOutput:
+def _characterise_log(settings: "Settings", source: LogPath, output: Path) -> LogOutput:
     """Write the noise models of all axes of a log."""
     # The second opinion is part of neither the models nor the rows.
     result = characterise(source, second_opinion=False, **settings.reading)

@@ -12,6 +12,9 @@ from zerorate.units import kind
 if TYPE_CHECKING:
     from zerorate.tasks.batch.task import Settings
 
+LogPath = Path | str
+"""A log of a batch: a file, or its address in a store."""
+
 Row = Mapping[str, str | float | int | bool | None]
 """Measures of one axis by the names of the columns; None where a number means nothing."""
 
@@ -71,7 +74,7 @@ class Command:
     name: str
     mark: str
     ending: Callable[[str], str]
-    work: Callable[["Settings", Path, Path], LogOutput]
+    work: Callable[["Settings", LogPath, Path], LogOutput]
     columns: Mapping[str, type]
     quantities: tuple[Quantity, ...]
 

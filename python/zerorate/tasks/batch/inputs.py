@@ -4,11 +4,14 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Final
 
+from zerorate.io.formats import known_suffixes
 from zerorate.io.readers.parquet import open_native_file
-from zerorate.tasks.batch.patterns import LOG_SUFFIXES, find_files
+from zerorate.io.store import list_store
+from zerorate.tasks.batch.command import LogPath
+from zerorate.tasks.batch.patterns import find_files
 
 SUMMARY: Final = "summary.parquet"
 SUMMARY_MARK: Final = b"zerorate batch"
@@ -22,24 +25,54 @@ _TRUTH_SUFFIX: Final = "-truth"
 
 
 @dataclass(frozen=True)
-class Inputs:
-    """Files below a common folder.
+class LogFile:
+    """A log of a batch.
 
     Attributes
     ----------
-    root : Path
-        The folder.
-    files : tuple of Path
-        The logs, sorted.
-    failed : mapping of Path to str
-        Named files that cannot be read, and why.
+    name : str
+        Its path below the folder that all logs share, with slashes.
+    source : Path or str
+        The file, or its address in a store.
+    state : tuple of int, optional
+        Size in bytes and time of change in ns, where a store has listed them.
+    """
+
+    name: str
+    source: LogPath
+    state: tuple[int, int] | None = None
+
+    def read_state(self) -> tuple[int, int]:
+        """Return size and time of change, for a bag of all files in its folder.
+
+        An OSError if the file cannot be read.
+        """
+        if self.state is not None:
+            return self.state
+        if isinstance(self.source, str):
+            (stored,) = list_store(self.source).files
+            return stored.size, stored.modified
+        path = self.source
+        states = [one.stat() for one in (path.iterdir() if path.is_dir() else [path])]
+        return sum(one.st_size for one in states), max(one.st_mtime_ns for one in states)
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """The logs of a batch.
+
+    Attributes
+    ----------
+    files : tuple of LogFile
+        The logs, sorted by name.
+    failed : mapping of str to str
+        Names of files that cannot be read, and why.
     left_out : tuple of Path
         Named files written by zerorate.
     """
 
-    root: Path
-    files: tuple[Path, ...]
-    failed: Mapping[Path, str]
+    files: tuple[LogFile, ...]
+    failed: Mapping[str, str]
     left_out: tuple[Path, ...]
 
 
@@ -60,7 +93,11 @@ def find_inputs(patterns: Sequence[str]) -> Inputs:
         logs |= matched.files - own_outputs
         left_out |= own_outputs - logs
     failed = {path: why for matched in matches for path, why in matched.failed.items()}
-    return Inputs(root, tuple(sorted(logs)), failed, tuple(sorted(left_out - logs)))
+    return Inputs(
+        tuple(LogFile(path.relative_to(root).as_posix(), path) for path in sorted(logs)),
+        {path.relative_to(root).as_posix(): why for path, why in failed.items()},
+        tuple(sorted(left_out - logs)),
+    )
 
 
 def command_of(summary: Path) -> str | None:
@@ -76,13 +113,19 @@ def command_of(summary: Path) -> str | None:
     return None if name is None else name.decode()
 
 
+def is_result_name(path: PurePath, pattern: PurePath) -> bool:
+    """Return True for the name of a result that a pattern matches only by accident."""
+    has_mark = _RESULT_MARK.search(path.stem) is not None
+    return has_mark and not _RESULT_MARK.search(pattern.stem)
+
+
 def _is_own_output(path: Path, pattern: str) -> bool:
     """Return True if an output file of an earlier run matches the pattern only by accident."""
     pattern_stem = Path(pattern).stem
     if path.name == SUMMARY:
         return command_of(path) is not None
     if _RESULT_MARK.search(path.stem):
-        return not _RESULT_MARK.search(pattern_stem)
+        return is_result_name(path, Path(pattern))
     log = path.with_name(path.stem.removesuffix(_TRUTH_SUFFIX) + path.suffix)
     return (
         path.stem.endswith(_TRUTH_SUFFIX)
@@ -93,7 +136,7 @@ def _is_own_output(path: Path, pattern: str) -> bool:
 
 def _describe_no_match(pattern: str, written: int) -> str:
     if Path(pattern).is_dir():
-        which = f"no file in the folder '{pattern}' ends in one of {', '.join(LOG_SUFFIXES)}"
+        which = f"no file in the folder '{pattern}' ends in one of {', '.join(known_suffixes())}"
     else:
         which = f"no file matches '{pattern}'"
     return f"{which} but {written} written by zerorate" if written else which

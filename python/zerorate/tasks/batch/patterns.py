@@ -9,12 +9,8 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatch
 from glob import has_magic
 from pathlib import Path
-from typing import Final
 
-from zerorate.io.formats import FORMATS, is_bag_folder
-
-LOG_SUFFIXES: Final = tuple(dict.fromkeys(suffix for form in FORMATS for suffix in form.suffixes))
-"""Suffixes of the files in a folder that count as logs."""
+from zerorate.io.formats import is_bag_folder, known_suffixes
 
 
 @dataclass
@@ -60,13 +56,13 @@ def find_files(pattern: str) -> MatchedFiles:
 
 def _find_in_folder(top: Path) -> MatchedFiles:
     """Return the logs of a folder."""
-    matched = MatchedFiles(top)
+    matched, suffixes = MatchedFiles(top), known_suffixes()
     for folder in _walk_folders(top, matched):
         if _is_bag(folder):
             matched.files.add(folder)
             continue
         for name in _list_names(folder, matched):
-            if not name.startswith(".") and Path(name).suffix.lower() in LOG_SUFFIXES:
+            if not name.startswith(".") and Path(name).suffix.lower() in suffixes:
                 _add_path(folder / name, matched)
     return matched
 

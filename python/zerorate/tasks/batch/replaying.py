@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from zerorate.calibration.calibration import Calibration
-from zerorate.io.triads import ALL_SENSORS
+from zerorate.io.sensors import ALL_SENSORS
 from zerorate.record.log import LogError, notes_of
-from zerorate.tasks.batch.command import Command, LogOutput, Quantity, Row, finite_or_none
+from zerorate.tasks.batch.command import Command, LogOutput, LogPath, Quantity, Row, finite_or_none
 from zerorate.tasks.replay import Score, Summary, replay_to_file
 from zerorate.tasks.replay.history import last_finite
 from zerorate.tasks.replay.result import describe_unlearned
@@ -36,7 +36,7 @@ _NUMBER_COLUMNS: Final = (
 )
 
 
-def _replay_log(settings: "Settings", source: Path, output: Path) -> LogOutput:
+def _replay_log(settings: "Settings", source: LogPath, output: Path) -> LogOutput:
     """Filter a log into a file."""
     reading, calibration_json = dict(settings.reading), settings.calibration
     calibration = None if calibration_json is None else Calibration.from_json(calibration_json)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from zerorate.progress import report_nothing
 from zerorate.record import atomic_path
-from zerorate.tasks.batch.command import Command, LogOutput, Row, finite_or_none
+from zerorate.tasks.batch.command import Command, LogOutput, LogPath, Row, finite_or_none
 
 if TYPE_CHECKING:
     from zerorate.findings import Finding, Report
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _FIGURE_PREFIX: Final = "figure-"
 
 
-def _report_log(settings: "Settings", source: Path, output: Path) -> LogOutput:
+def _report_log(settings: "Settings", source: LogPath, output: Path) -> LogOutput:
     """Write the page of a log."""
     # What it takes is not needed by the other commands.
     from zerorate.tasks.report import report as report_on

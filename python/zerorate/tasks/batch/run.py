@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Final, Literal, Unpack
 
 from zerorate.faults import make_sentence
+from zerorate.io.remote import is_address
 from zerorate.progress import choose_counter
 from zerorate.record import atomic_path, check_writable
 from zerorate.record.atomic import remove_leftovers
@@ -18,8 +19,10 @@ from zerorate.tasks.batch.cluster import local_cluster as on_local_cluster
 from zerorate.tasks.batch.engines import Engine, Processes, TaskResult, WorkerDeath, run_with_retry
 from zerorate.tasks.batch.fleet import Fleet, fleet_of
 from zerorate.tasks.batch.inputs import SUMMARY, Inputs, command_of, find_inputs
+from zerorate.tasks.batch.planning import make_tasks
 from zerorate.tasks.batch.reporting import REPORT
-from zerorate.tasks.batch.summary import write_summary
+from zerorate.tasks.batch.stored_inputs import find_stored_inputs
+from zerorate.tasks.batch.summary import read_earlier, write_summary
 from zerorate.tasks.batch.task import BatchArguments, Outcome, Settings, Task, run_task
 from zerorate.tasks.saving import Files, figure_writer, text_writer
 from zerorate.texts import describe_missing_extra
@@ -49,6 +52,8 @@ class BatchResult(Result):
         Named files that were left out because zerorate has written them.
     settings : Settings
         Settings of the batch.
+    earlier : tuple of Outcome
+        Outcomes of further logs, whose rows earlier runs left in the summary.
     """
 
     outcomes: tuple[Outcome, ...]
@@ -57,6 +62,12 @@ class BatchResult(Result):
     fleet: Fleet
     left_out: tuple[Path, ...]
     settings: Settings
+    earlier: tuple[Outcome, ...] = ()
+
+    @property
+    def in_summary(self) -> tuple[Outcome, ...]:
+        """Outcomes of all logs in the summary, sorted by name."""
+        return tuple(sorted((*self.outcomes, *self.earlier), key=lambda one: one.name))
 
     @property
     def source(self) -> str:
@@ -121,7 +132,7 @@ def batch(
     sources: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     folder: str | os.PathLike[str],
     *,
-    command: Literal["replay", "allan", "report"] = "replay",
+    command: Literal["replay", "allan", "report", "check"] = "replay",
     workers: int | None = None,
     local_cluster: int | None = None,
     scheduler: str | None = None,
@@ -129,25 +140,27 @@ def batch(
     progress: Progress | None = None,
     **settings: Unpack[BatchArguments],
 ) -> BatchResult:
-    """Filter many logs, estimate their noise, or report on them, and compare the logs.
+    """Filter many logs, estimate their noise, report on them or check them; compare the logs.
 
     Each log has its own process. A log that fails, or kills its worker twice, is reported, and the
-    others continue. A run may be stopped at any time: the next one skips finished logs. ``zerorate
+    others continue. A run may be stopped at any time: the next one skips finished logs. Logs of
+    earlier runs with the same settings stay in the summary. ``zerorate
     batch`` does the same.
 
     Parameters
     ----------
     sources : str, path, or sequence of these
-        Folders, with all logs in them; files; or patterns such as ``"logs/**/*.parquet"``. Brackets
+        Folders, with all logs in them; files; or patterns such as ``"logs/**/*.parquet"``; or all
+        of them addresses in a store, such as ``"s3://bucket/logs"``, which pyarrow reads. Brackets
         in a pattern may be literal. ``**`` visits each folder once, however many links lead there.
         Files written by zerorate are left out unless a pattern names them.
     folder : path
         Folder of the results, made if missing. It mirrors the folders below the common folder of
         the sources. It holds the result of each log and a record in JSON, ``summary.parquet`` of
         all logs and, with "report", ``overview.html``. Each command needs its own folder.
-    command : {"replay", "allan", "report"}
-        Command on each log: filter it, find the noise of its gyros and accelerometers, or report on
-        its IMU.
+    command : {"replay", "allan", "report", "check"}
+        Command on each log: filter it, find the noise of its gyros and accelerometers, report on
+        its IMU, or check units, signs and axes.
     workers : int, optional
         Number of worker processes; default one per core.
     local_cluster : int, optional
@@ -197,8 +210,8 @@ def batch(
     listed = [sources] if isinstance(sources, str | os.PathLike) else sources
     batch_settings, folder = Settings(command=command, **settings), Path(folder)
     engine = _choose_engine(workers, local_cluster, scheduler)
-    log_files = find_inputs([os.fspath(one) for one in listed])
-    tasks, unread = _make_tasks(log_files, folder, batch_settings, force)
+    log_files = _find_logs([os.fspath(one) for one in listed])
+    tasks, unread = make_tasks(log_files, folder, batch_settings, force)
     summary = folder / SUMMARY
     _check_summary(summary, batch_settings)
     folder.mkdir(parents=True, exist_ok=True)
@@ -210,9 +223,13 @@ def batch(
             ends |= _collect_outcomes(outcomes_of_run, len(todo), choose_counter(progress))
     finished = (_check_output(task, ends[task.name]) for task in tasks)
     outcomes = tuple(sorted((*finished, *unread), key=lambda one: one.name))
-    fleet = fleet_of({one.name: one.rows for one in outcomes}, batch_settings.operation.quantities)
+    earlier = read_earlier(summary, batch_settings, {one.name for one in outcomes})
+    rows = {one.name: one.rows for one in (*outcomes, *earlier)}
+    fleet = fleet_of(rows, batch_settings.operation.quantities)
     seconds = time.perf_counter() - begin
-    result = BatchResult(outcomes, summary, seconds, fleet, log_files.left_out, batch_settings)
+    result = BatchResult(
+        outcomes, summary, seconds, fleet, log_files.left_out, batch_settings, earlier
+    )
     folder.mkdir(parents=True, exist_ok=True)
     _write_tables(result)
     return result
@@ -220,7 +237,7 @@ def batch(
 
 def _write_tables(result: BatchResult) -> None:
     """Write the tables of all logs: the summary, and the overview of reports."""
-    write_summary(result.outcomes, result.fleet, result.settings, result.summary)
+    write_summary(result.in_summary, result.fleet, result.settings, result.summary)
     for overview in result.files[1:]:
         with atomic_path(overview, force=True) as temporary:
             text_writer(result.to_html())(temporary)
@@ -230,7 +247,7 @@ def files_of(result: BatchResult) -> Files:
     """Return the files of a batch: the table of all logs, the overview of reports, a figure."""
 
     def table(path: Path) -> None:
-        write_summary(result.outcomes, result.fleet, result.settings, path)
+        write_summary(result.in_summary, result.fleet, result.settings, path)
 
     pages = [text_writer(result.to_html())] if result.files[1:] else []
     endings = [".html"] if pages else []
@@ -289,60 +306,16 @@ def _choose_engine(
     return nullcontext(Processes(workers))
 
 
+def _find_logs(sources: Sequence[str]) -> Inputs:
+    """Return the logs that folders, files and patterns name, here or in a store."""
+    return find_stored_inputs(sources) if any(map(is_address, sources)) else find_inputs(sources)
+
+
 def _check_pyarrow() -> None:
     try:
         import pyarrow  # noqa: F401
     except ImportError:
         raise ImportError(describe_missing_extra("pyarrow", "io", "a batch")) from None
-
-
-def _make_tasks(
-    log_files: Inputs, output: Path, settings: Settings, force: bool = False
-) -> tuple[list[Task], list[Outcome]]:
-    """Return a task for each log, whose output mirrors its folder, and the failures.
-
-    Raises
-    ------
-    ValueError
-        If two logs would be written to one place.
-    """
-    # Absolute, since a worker may stand elsewhere; links are kept, as a cluster may mount them so.
-    folder = Path(os.path.abspath(output))
-    tasks, failed = [], dict(log_files.failed)
-    for path in log_files.files:
-        try:
-            tasks.append(
-                _make_task(path, path.relative_to(log_files.root), folder, settings, force)
-            )
-        except OSError as error:
-            failed[path] = error.strerror or str(error)
-    _check_distinct_outputs(tasks)
-    names = ((path.relative_to(log_files.root).as_posix(), why) for path, why in failed.items())
-    return tasks, [Outcome(name, "failed", error=why) for name, why in names]
-
-
-def _make_task(source: Path, relative: Path, folder: Path, settings: Settings, force: bool) -> Task:
-    name = relative.as_posix()
-    output, record = settings.operation.paths(folder / relative, settings.format)
-    fingerprint = settings.fingerprint(name, *_file_state(source))
-    return Task(name, source, output, record, settings, fingerprint, force)
-
-
-def _file_state(source: Path) -> tuple[int, int]:
-    """Return the size of a file, or of all in a bag's folder, and when it was changed, ns."""
-    states = [path.stat() for path in (source.iterdir() if source.is_dir() else [source])]
-    return sum(status.st_size for status in states), max(status.st_mtime_ns for status in states)
-
-
-def _check_distinct_outputs(tasks: Iterable[Task]) -> None:
-    owners: dict[Path, str] = {}
-    for task in tasks:
-        other = owners.setdefault(task.output, task.name)
-        if other != task.name:
-            raise ValueError(
-                f"'{other}' and '{task.name}' would both become {task.output.name}: "
-                "choose one of them by a pattern such as '**/*.csv'"
-            )
 
 
 def _check_summary(summary: Path, settings: Settings) -> None:

@@ -31,7 +31,8 @@ from zerorate.record.names import canonical_unit
 from zerorate.record.regular import read_regular
 from zerorate.record.span import Span
 from zerorate.tasks.batch.characterising import ALLAN
-from zerorate.tasks.batch.command import Command, Row
+from zerorate.tasks.batch.checking import CHECK
+from zerorate.tasks.batch.command import Command, LogPath, Row
 from zerorate.tasks.batch.replaying import REPLAY
 from zerorate.tasks.batch.reporting import REPORT
 from zerorate.tasks.corrections import calibration_of
@@ -39,7 +40,7 @@ from zerorate.tasks.workers import limit_threads
 
 Status = Literal["done", "skipped", "failed"]
 
-COMMANDS: Final[Mapping[str, Command]] = {one.name: one for one in (REPLAY, ALLAN, REPORT)}
+COMMANDS: Final[Mapping[str, Command]] = {one.name: one for one in (REPLAY, ALLAN, REPORT, CHECK)}
 """The tasks of a batch."""
 
 _FORMATS: Final = ("parquet", "csv", "npz")
@@ -76,17 +77,17 @@ class Settings:
 
     Parameters
     ----------
-    command : {"replay", "allan", "report"}
+    command : {"replay", "allan", "report", "check"}
         Command on each log: "replay", the default, filters it; "allan" finds the noise of its gyros
-        and accelerometers; "report" reports on its IMU.
+        and accelerometers; "report" reports on its IMU; "check" checks units, signs and axes.
     rate : float, optional
         Samples per second, Hz, for logs without timestamps.
     columns : tuple of str or int, optional
-        Names or indices. Default: the gyro columns; for "allan" and "report" also the accelerometer
-        columns.
+        Names or indices. Default: the gyro columns; for other commands than "replay" all of the
+        sensors that the command reads.
     unit : str, optional
-        Unit of the data, if the logs do not state it: ``"deg/s"``. For "allan" and "report" also
-        units of both kinds of sensor, ``"deg/s,g"``.
+        Unit of the data, if the logs do not state it: ``"deg/s"``. For other commands than
+        "replay" also units of both kinds of sensor, ``"deg/s,g"``.
     topic : str, optional
         Topic to read of ROS recordings and PX4 logs.
     sensor : str, optional
@@ -118,7 +119,7 @@ class Settings:
     reading : mapping
         Arguments of `zerorate.read_log`.
     options : mapping
-        Arguments of `zerorate.DriftFilter`; empty for "allan" and "report".
+        Arguments of `zerorate.DriftFilter`; empty for other commands than "replay".
 
     Raises
     ------
@@ -207,6 +208,11 @@ class Settings:
         """Command that runs on each log."""
         return COMMANDS[self.command]
 
+    def digest(self) -> str:
+        """Return a hash of settings and version: equal for logs that can share a summary."""
+        parts = {"version": __version__, **asdict(self)}
+        return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+
     def fingerprint(self, name: str, size: int, modified: int) -> str:
         """Return a hash that changes whenever the result of a log could.
 
@@ -286,7 +292,7 @@ class Task:
     """A log to process: absolute paths, and the contents of its record."""
 
     name: str
-    source: Path
+    source: LogPath
     output: Path
     record: Path
     settings: Settings
@@ -333,7 +339,7 @@ def _check_version(expected: str) -> None:
         raise RuntimeError(f"the worker has zerorate {__version__}, expected {expected}")
 
 
-def _describe_error(error: Exception, source: Path) -> str:
+def _describe_error(error: Exception, source: LogPath) -> str:
     """Return one line without the log's path, with the kind of an error that needs it."""
     text = sentence_of(error)
     line = text if isinstance(text, Sentence) else " ".join(text.split())

@@ -431,7 +431,7 @@ class FirstLine:
 def _read_first_line(
     cells: Sequence[str], settings: AttitudeSettings, fields: int | None
 ) -> FirstLine:
-    """Return the contents of the first line, be it a header or a sample."""
+    """Return the contents of the first line, a header or a sample."""
     if list(cells) == [""]:
         raise LineError("it is empty, expected names or numbers")
     if fields not in (None, len(cells)):

@@ -141,7 +141,7 @@ class DriftEngine(TimedEngine):
 
     @property
     def opening(self) -> str | None:
-        """A sentence on the filtered columns, None if a line holds nothing but a sample."""
+        """A sentence on the filtered columns, None if a line holds only a sample."""
         layout, passing = self.layout, self.layout.passthrough_labels
         if layout.names is None and not passing:
             count = layout.fields

@@ -16,7 +16,7 @@ from zerorate.faults import keyword_argument, make_sentence, sentence_of
 from zerorate.io.clocks.iso8601 import is_date
 from zerorate.io.clocks.names import has_time_name
 from zerorate.io.readers.cells import make_inert, parse_number, undo_inert
-from zerorate.io.triads import find_sensor_columns
+from zerorate.io.sensors import find_sensor_columns
 from zerorate.record import LogError
 from zerorate.record.names import UNKNOWN_UNIT, common_unit
 
@@ -55,7 +55,7 @@ class ColumnRequest:
     unit: str | None = None
     time: str | int | None = None
     mixed: bool = False
-    """True if channels are of several units, so that there is no unit of all."""
+    """True if channels have different units."""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from zerorate.calibration.calibration import Calibration
 from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.io.clocks.units import check_time_unit
 from zerorate.io.counts import Scale, Scaling
-from zerorate.io.triads import find_accelerometer
+from zerorate.io.sensors import find_accelerometer
 from zerorate.options import (
     FILTER_OPTIONS,
     REST_LIMITS,

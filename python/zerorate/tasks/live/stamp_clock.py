@@ -72,7 +72,7 @@ class TimedEngine(Engine):
     While the clock or the check of rates is undecided, the engine keeps these samples and the
     filter's state before them. If a decision is reversed, the filter processes the corrected
     samples again from that state, as if the decision had been right from the start. The same holds
-    for rows that may repeat the row before because the sensor is slower than the rows.
+    for rows that may repeat the row before: of a sensor slower than the rows, or sent again.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ class TimedEngine(Engine):
         row, stamp = sample
         if self._held_rows is None:
             self._take(row, stamp)
-        elif self._held_rows.period is None:
+        elif not self._held_rows.known:
             self._examine_row(self._held_rows, row, stamp)
         else:
             self._take_all(self._held_rows.take(row, stamp, self.numbers(row)))
@@ -150,7 +150,7 @@ class TimedEngine(Engine):
         return row  # type: ignore[no-any-return]
 
     def _examine_row(self, held: HeldRows, row: Any, stamp: float | None) -> None:  # noqa: ANN401
-        """Take a row that may hold a sample of a slower sensor; if it does, take all again."""
+        """Take a row that may be no sample; once that is known, take the samples again."""
         if not self._origin:
             check = None if self._check is None else self._check.state()
             self._origin = [self.snapshot(), check]
@@ -165,7 +165,7 @@ class TimedEngine(Engine):
             self._origin = []
 
     def _take_all(self, samples: Sequence[Any]) -> None:
-        """Take the samples of a slower sensor: of the rows between, none counts as lost."""
+        """Take the samples among rows that repeat: of the rows between, none counts as lost."""
         self._lost = 0
         for row, stamp in samples:
             self._take(row, stamp)

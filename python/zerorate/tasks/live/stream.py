@@ -143,18 +143,18 @@ class LineStream:
             return split_cells(text)
         if not text:
             return None
-        found = self._tokenizer.take(line)
-        if found is None:
+        cells = self._tokenizer.take(line)
+        if cells is None:
             return None if self._tokenizer.kind in (ECHO, PAIRS) else [text]
         names = self._engine.layout.names if self._engine is not None else None
-        sensors = {name for name in found if meaning_of(name)}
+        sensors = {name for name in cells if meaning_of(name)}
         if names is None and self._tokenizer.kind != TUPLES:
             if sensors and not any(map(looks_like_gyro, sensors)):
                 return None  # a line of another sensor
-            names = self._names = tuple(found)
-        if names is not None and tuple(found) != tuple(names):
-            return None if sensors.isdisjoint(names) else [*found.values(), ""]
-        return [*found.values()]
+            names = self._names = tuple(cells)
+        if names is not None and tuple(cells) != tuple(names):
+            return None if sensors.isdisjoint(names) else [*cells.values(), ""]
+        return [*cells.values()]
 
     def take_damaged(self) -> str:
         """Return the answer to a damaged sample; the columns must be known.

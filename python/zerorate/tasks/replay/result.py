@@ -22,6 +22,7 @@ from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result, figure_of
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Panels: TypeAlias = Literal["usual", "all"]
@@ -236,15 +237,19 @@ class Replay(Summary, Result):
             raw = np.where(self.readings.certain_rest(self.log.rate), raw, np.nan)
         return allan_curves(raw, filtered, self.log.rate)
 
-    def plot(self, panels: Panels = "usual") -> "Figure":
+    def plot(
+        self, panels: Panels = "usual", *, ax: "Axes | Sequence[Axes] | None" = None
+    ) -> "Figure":
         """Return the figure; ImportError without matplotlib, of the extra ``plot``.
 
         Parameters
         ----------
         panels : {"usual", "all"}
             Raw rate and biases; or all panels: noise, gain or drift, and Allan deviations.
+        ax : matplotlib Axes, or a sequence of them, optional
+            Axes for the bias of the first axis, and for those of the following ones.
         """
-        return figure_of(self, panels == "all")
+        return figure_of(self, panels == "all", ax=ax)
 
     def to_log(self) -> Log:
         """Return the output of the chosen method as a log: the bias, or the compensated rate.

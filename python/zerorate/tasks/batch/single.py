@@ -1,0 +1,67 @@
+"""One log of a batch as a function of its own, for engines that are not built in."""
+
+import os
+from contextlib import nullcontext
+from dataclasses import replace
+from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
+from typing import Literal
+
+from zerorate.io.formats import label_of
+from zerorate.io.remote import is_address
+from zerorate.tasks.batch.fleet import fleet_of
+from zerorate.tasks.batch.inputs import Inputs, LogFile
+from zerorate.tasks.batch.planning import make_tasks
+from zerorate.tasks.batch.summary import batch_rows
+from zerorate.tasks.batch.task import BatchArguments, Settings, run_task
+
+
+def process_log(
+    source: str | os.PathLike[str],
+    command: Literal["replay", "allan", "report", "check"] = "replay",
+    options: BatchArguments | None = None,
+    *,
+    folder: str | os.PathLike[str] | None = None,
+) -> list[dict[str, object]]:
+    """Run a command on one log and return its rows of the summary, as any engine can do.
+
+    It depends on nothing but its arguments, and takes and returns what pickle and Arrow take. A log
+    that cannot be read gives a row with the status "failed".
+
+    Parameters
+    ----------
+    source : str or path
+        A file, or its address: ``"s3://bucket/log.parquet"``.
+    command : {"replay", "allan", "report", "check"}
+        Command, as of `batch`.
+    options : mapping, optional
+        Arguments of `Settings`, such as ``{"unit": "deg/s"}``.
+    folder : path, optional
+        Folder that gets the output and its record. Default: none is kept.
+
+    Returns
+    -------
+    list of dict
+        One row for each axis or finding; one for a failed log.
+
+    Raises
+    ------
+    ValueError
+        If an option is not valid.
+
+    Examples
+    --------
+    >>> from zerorate.tasks.batch import process_log
+    >>> (row,) = process_log("no.parquet", "report")
+    >>> row["status"], row["error"]
+    ('failed', 'No such file or directory')
+    """
+    settings, name = Settings(command=command, **(options or {})), os.fspath(source)
+    address = is_address(name)
+    stem = PurePosixPath(name.partition("?")[0]).name if address else Path(name).name
+    log = LogFile(stem, name if address else Path(name))
+    with nullcontext(folder) if folder is not None else TemporaryDirectory() as place:
+        tasks, unread = make_tasks(Inputs((log,), {}, ()), Path(place), settings)
+        outcomes = [*unread, *map(run_task, tasks)]
+    rows = batch_rows([replace(one, name=label_of(source)) for one in outcomes], fleet_of({}, ()))
+    return [{key: value for key, value in row.items() if key != "outlying"} for row in rows]
