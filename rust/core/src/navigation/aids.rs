@@ -282,7 +282,7 @@ impl NavigationFilter {
     /// The same, with an observer.
     ///
     /// # Errors
-    /// As of [`update_aid`](Self::update_aid).
+    /// As in [`update_aid`](Self::update_aid).
     pub fn update_aid_before<W: Observer>(
         &mut self,
         aid: &Aid,

@@ -53,7 +53,7 @@ impl NavigationBank {
     /// Takes one sample of the sensors.
     ///
     /// # Errors
-    /// As of [`NavigationFilter::update`].
+    /// As in [`NavigationFilter::update`].
     #[inline]
     pub fn update(&mut self, sample: &Inertial) -> Result<(), Error> {
         // The first one refuses what all would.
@@ -66,7 +66,7 @@ impl NavigationBank {
     /// Takes a fix; the verdict is that of the filter which is shown afterwards.
     ///
     /// # Errors
-    /// As of [`NavigationFilter::update_gnss`].
+    /// As in [`NavigationFilter::update_gnss`].
     pub fn update_gnss(&mut self, fix: &Fix) -> Result<Verdict, Error> {
         let mut verdicts = [Verdict::Refused; FILTERS];
         for (i, filter) in self.filters.iter_mut().enumerate() {
@@ -84,7 +84,7 @@ impl NavigationBank {
     /// Takes the speed of the wheels; true if the filter that is shown will use it.
     ///
     /// # Errors
-    /// As of [`NavigationFilter::update_wheels`].
+    /// As in [`NavigationFilter::update_wheels`].
     pub fn update_wheels(
         &mut self,
         time: f64,
@@ -101,7 +101,7 @@ impl NavigationBank {
     /// Takes a reading of an aid; the verdict is that of the filter that is shown.
     ///
     /// # Errors
-    /// As of [`NavigationFilter::update_aid`].
+    /// As in [`NavigationFilter::update_aid`].
     pub fn update_aid(&mut self, aid: &Aid) -> Result<Verdict, Error> {
         let mut verdicts = [Verdict::Refused; FILTERS];
         for (i, filter) in self.filters.iter_mut().enumerate() {

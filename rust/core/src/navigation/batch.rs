@@ -80,22 +80,22 @@ pub trait Navigates {
     /// Takes the sample of a number.
     ///
     /// # Errors
-    /// As of [`NavigationFilter::update`].
+    /// As in [`NavigationFilter::update`].
     fn take_sample(&mut self, number: usize, sample: &Inertial) -> Result<(), Error>;
     /// Takes the speed of the wheels; true if it will be used.
     ///
     /// # Errors
-    /// As of [`NavigationFilter::update_wheels`].
+    /// As in [`NavigationFilter::update_wheels`].
     fn take_speed(&mut self, time: f64, speed: f64, sigma: Option<f64>) -> Result<bool, Error>;
     /// Takes a reading of an aid.
     ///
     /// # Errors
-    /// As of [`NavigationFilter::update_aid`].
+    /// As in [`NavigationFilter::update_aid`].
     fn take_aid(&mut self, aid: &Aid) -> Result<Verdict, Error>;
     /// Takes a fix.
     ///
     /// # Errors
-    /// As of [`NavigationFilter::update_gnss`].
+    /// As in [`NavigationFilter::update_gnss`].
     fn take_fix(&mut self, fix: &Fix) -> Result<Verdict, Error>;
     /// The filter that is shown.
     fn filter(&self) -> &NavigationFilter;

@@ -185,16 +185,13 @@ impl Departed {
 
     fn log_likelihood(&self, fix: &TakenFix) -> Option<f64> {
         let all = [0, 1].map(|i| (&fix.rows[i], &fix.constants[i]));
-        let [z, s] = [0, 1]
-            .map(|i| {
-                let (h, hw) = all[i];
-                let moved = sum(&self.errors, h) + sum(&self.constants, hw);
-                let (gain, own) = self.gain(h, hw);
-                let [a, b] = all.map(|(h, hw)| sum(&gain, h) + sum(&own, hw));
-                (fix.z[i] + moved, [a, b])
-            })
-            .into();
-        let ((z, s), (y, t)) = (z, s);
+        let [(z, s), (y, t)] = [0, 1].map(|i| {
+            let (h, hw) = all[i];
+            let moved = sum(&self.errors, h) + sum(&self.constants, hw);
+            let (gain, own) = self.gain(h, hw);
+            let variances = all.map(|(h, hw)| sum(&gain, h) + sum(&own, hw));
+            (fix.z[i] + moved, variances)
+        });
         let (p, q, r) = (s[0] + fix.noise[0], t[1] + fix.noise[1], 0.5 * (s[1] + t[0]));
         let determinant = p * q - r * r;
         let nis = (z * z * q - 2.0 * z * y * r + y * y * p) / determinant;
