@@ -531,8 +531,8 @@ def _compute_errors(
     lost = int((~np.isfinite(end[FILTER])).sum())
     if lost:
         notes.append(
-            f"outages of {length:g} s in which a gap of the sensors ended the track, which are "
-            f"not in the filter's row: {lost} of {len(last)}"
+            f"outages of {length:g} s in which a gap of the sensors ended the track, left out of "
+            f"its row: {lost} of {len(last)}"
         )
     # The last sample before a fix: at the first after it the next may have been taken.
     samples = np.searchsorted(track.time, time, side="right") - 1
