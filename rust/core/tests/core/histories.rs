@@ -347,6 +347,7 @@ fn navigation(draw: &mut Draw) -> Result<NavigationFilter, Error> {
         accel_noise: draw.three(4e-4),
         gyro_walk: draw.three(1e-10),
         accel_walk: draw.three(2.5e-7),
+        gyro_vibration: draw.number(0.1),
         antenna: draw.three(0.1),
         antenna_sigma: if draw.flag() { [0.0; 3] } else { draw.three(0.1) },
         consider_antenna: draw.flag(),
