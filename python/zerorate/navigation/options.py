@@ -89,7 +89,7 @@ _ROWS: Final = (
         kind="number",
         default=0.035,
         unit="rad",
-        expected="from 0 to 3.14 rad",
+        expected="from 0 to 3 rad",
         meaning="Standard deviation of the compass's constant offset; 0 for none",
     ),
     Option(

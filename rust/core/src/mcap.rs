@@ -116,6 +116,9 @@ fn unknown(_: &str, _: &[u8], _: &mut [u8]) -> Option<()> {
     None
 }
 
+/// Name, encoding and text.
+type Schema = (String, String, Vec<u8>);
+
 struct Walk<'a> {
     wanted: &'a [u16],
     limit: usize,
@@ -123,7 +126,7 @@ struct Walk<'a> {
     unpack: Unpack,
     leaves_chunks: bool,
     ended: bool,
-    schemas: Vec<(u16, (String, String, Vec<u8>))>,
+    schemas: Vec<(u16, Schema)>,
     /// Each with the number of its schema.
     channels: Vec<(u16, Channel)>,
     recording: Recording,

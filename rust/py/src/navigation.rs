@@ -431,6 +431,8 @@ impl NavigationFilter {
         text_signature = "($self, imu, gnss=None, *, rest=None, wheel_speed=None, \
             time_offset=0.0, keep='all', height=None, pressure=None, heading=None, baseline=None)"
     )]
+    // The arguments are those of the method in Python.
+    #[allow(clippy::too_many_arguments)]
     fn process<'py>(
         slf: &Bound<'py, Self>,
         imu: &Bound<'py, PyAny>,
@@ -461,11 +463,11 @@ impl NavigationFilter {
     /// NaN for missing values. Wheel speeds, readings and fixes, in this order, are processed after
     /// the first sample that is not earlier. Returns by name the state after each sample, with the
     /// bits of its ``usable`` outputs, of each reading ``aid_verdict``, ``aid_nis`` and
-    /// ``aid_taken``, and of each fix its ``verdict`` (used, rejected, refused, or 3 if it comes after the last sample),
-    /// ``nis`` (m, 2), the ``innovation`` of each axis of position and velocity (m, 6), its
-    /// standard deviation ``innovation_sigma`` (m, 6), and the time at which it was ``taken``, s;
-    /// with ``record`` also the record for the smoother, else None. The interpreter lock is
-    /// released.
+    /// ``aid_taken``, and of each fix its ``verdict`` (used, rejected, refused, or 3 if it comes
+    /// after the last sample), ``nis`` (m, 2), the ``innovation`` of each axis of position and
+    /// velocity (m, 6), its standard deviation ``innovation_sigma`` (m, 6), and the time at which
+    /// it was ``taken``, s; with ``record`` also the record for the smoother, else None. The
+    /// interpreter lock is released.
     #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false, wheel_speed=None, aids=None))]
     // The arguments are those of the method in Python.
     #[allow(clippy::too_many_arguments)]

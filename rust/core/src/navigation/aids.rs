@@ -239,7 +239,7 @@ impl Aid {
     fn look(&self, usual: f64, known: Option<[f64; 3]>) -> Result<Option<Given>, Error> {
         let sensor = self.sensor();
         for sigma in self.sigma {
-            require(!(sigma <= 0.0), "sigma", "positive", sigma)?;
+            require(sigma.is_nan() || sigma > 0.0, "sigma", "positive", sigma)?;
         }
         let zero = Vector3::zeros();
         let (raw, mut scale, mut baseline) = match self.reading {
@@ -294,7 +294,7 @@ impl NavigationFilter {
         // An age that is not a number is that of a filter without samples.
         let timely = (-MAX_FIX_LEAD_S..=MAX_FIX_AGE_S).contains(&age)
             && aid.time >= self.start.time
-            && !(aid.time <= gate.time);
+            && (gate.time.is_nan() || aid.time > gate.time);
         let verdict = match given.filter(|_| timely) {
             Some(given) => {
                 gate.time = aid.time;

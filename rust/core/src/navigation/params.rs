@@ -74,7 +74,7 @@ impl AidParams {
         let walk = self.barometer_walk;
         require((0.0..=1e2).contains(&walk), "barometer_walk", "from 0 to 100 m/sqrt(s)", walk)?;
         let sigma = self.compass_sigma;
-        require((0.0..=3.14).contains(&sigma), "compass_sigma", "from 0 to 3.14 rad", sigma)?;
+        require((0.0..=3.0).contains(&sigma), "compass_sigma", "from 0 to 3 rad", sigma)?;
         let walk = self.compass_walk;
         require((0.0..=1.0).contains(&walk), "compass_walk", "from 0 to 1 rad/sqrt(s)", walk)?;
         let Some(baseline) = self.baseline else { return Ok(()) };
