@@ -173,6 +173,7 @@ impl<S: Simd, const N: usize, const M: usize> Lanes<S, N, M> {
     }
 
     /// Gives a filter back what is its own, after so many samples.
+    #[inline(always)]
     fn leave(&self, lane: usize, samples: u64, filter: &mut DriftFilter<f64, N, M>) {
         let learning_left = filter.inner.learning_left.saturating_sub(samples);
         filter.inner = DriftLoop { learning_left, ..self.inner.lane(lane) };
