@@ -128,7 +128,7 @@ def test_what_is_missing_is_said(drive):
     with pytest.raises(zr.LogError, match=r"mean force from 27.0 to .* is 1 m/s\^2, expected"):
         zr.navigation.find_start(zr.read_recording(in_g), drive.fixes)
     with pytest.raises(
-        zr.LogError, match=r"no heading fits the fixes clearly best .* does not accelerate"
+        zr.LogError, match=r"no heading fits the fixes clearly best: .* does not accelerate"
     ):
         zr.navigation.find_start(*cruise(0.0))
 

@@ -485,7 +485,7 @@ def _find_vibration(every: _Coasting, theta: Floats, is_assumed: bool) -> Floats
 
 
 def _vibration(theta: Floats) -> float:
-    return _USUAL_VIBRATION * math.sqrt(math.expm1(theta[3]))
+    return min(1.0, _USUAL_VIBRATION * math.sqrt(math.expm1(theta[3])))
 
 
 def _level(coasting: _Coasting, theta: Floats) -> Floats:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, MutableMapping
 from dataclasses import dataclass
-from typing import Final, Literal, TypeAlias
+from typing import Any, Final, Literal, Self, TypeAlias, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +33,21 @@ _ARGUMENTS: Final = {
 """Arguments of `zerorate.navigate` for each kind of aid."""
 
 
+class AidArguments(TypedDict, total=False):
+    """Arguments of `zerorate.navigate` on readings of aids."""
+
+    pressure: Readings
+    pressure_unit: str | None
+    baro_height: Readings
+    compass: Readings
+    compass_unit: str | None
+    baseline_columns: Readings
+    aids: AidChoice
+    mag: bool
+    baseline: npt.ArrayLike | None
+    limits: Mapping[str, float] | None
+
+
 @dataclass(frozen=True, eq=False)
 class AidRequest:
     """Aids that a user names, their units, and whether others are found by name."""
@@ -44,6 +59,15 @@ class AidRequest:
     pressure_unit: str | None = None
     compass_unit: str | None = None
     choice: AidChoice = "auto"
+
+    @classmethod
+    def take(cls, options: MutableMapping[str, Any]) -> Self:
+        """Return the request of the arguments on aids, which are taken out of the options."""
+        fields = {argument: kind for kind, argument in _ARGUMENTS.items()} | {"aids": "choice"}
+        names = (*fields, "pressure_unit", "compass_unit")
+        return cls(
+            **{fields.get(name, name): options.pop(name) for name in names if name in options}
+        )
 
     def __post_init__(self) -> None:
         """Check the arguments."""

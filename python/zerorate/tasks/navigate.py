@@ -50,7 +50,7 @@ from zerorate.record.poses import Poses
 from zerorate.record.recording import Recording
 from zerorate.record.regular import read_regular_text
 from zerorate.record.samples import Samples
-from zerorate.tasks.aids import AidChoice, AidRequest, Readings
+from zerorate.tasks.aids import AidArguments, AidRequest
 from zerorate.tasks.corrections import correction_of
 from zerorate.tasks.saving import Files, Writer, figure_writer, text_writer
 from zerorate.tasks.source import (
@@ -78,8 +78,8 @@ StatedNoise = NoiseModel | PathLike | None
 """A model of a sensor's noise, or the file of one."""
 
 
-class NavigateOptions(ReadingArguments, total=False):
-    """Options of the filter, and arguments of reading, that `navigate` passes on."""
+class NavigateOptions(ReadingArguments, AidArguments, total=False):
+    """Options of the filter, arguments of reading and on aids, that `navigate` passes on."""
 
     gate: float
     adapt: Literal["inflate", "free", "fixed"]
@@ -251,16 +251,6 @@ def navigate(
     wheel_speed: str | npt.ArrayLike | None = None,
     wheel_ticks: str | npt.ArrayLike | None = None,
     tick: float | None = None,
-    pressure: Readings = None,
-    pressure_unit: str | None = None,
-    baro_height: Readings = None,
-    compass: Readings = None,
-    compass_unit: str | None = None,
-    mag: bool = False,
-    baseline: npt.ArrayLike | None = None,
-    baseline_columns: Readings = None,
-    aids: AidChoice = "auto",
-    limits: Mapping[str, float] | None = None,
     gyro_noise: StatedNoise = None,
     accel_noise: StatedNoise = None,
     noise: ProcessNoise = "auto",
@@ -309,31 +299,6 @@ def navigate(
         samples. Implies a wheeled vehicle.
     tick : float, optional
         Metres per tick; by default from the receiver's speed.
-    pressure, baro_height : str, array_like, shape (n,), or Aid, optional
-        Pressure, or height, m, of a barometer: a column of the source, values at the gyro's
-        samples, or `zerorate.navigation.Aid`. Default: found by its name (``pressure_hpa``,
-        ``baro_alt_m``).
-    pressure_unit : str, optional
-        Pa, hPa, kPa, bar, inHg, mmHg or psi. Default: by the name, or by the size of the pressure
-        at the height of the fixes.
-    compass : str, array_like, shape (n,), or Aid, optional
-        Heading of a compass, or of two antennas, likewise. Default: found by its name
-        (``heading_deg``, ``compass_deg``). Its convention is that which fits the motion.
-    compass_unit : {"deg", "rad"}, optional
-        Default: by the name, the size or the motion.
-    mag : bool
-        Use the magnetometer of the recording as compass: calibrated by its motion, levelled, with
-        the declination of the place.
-    baseline : array_like, shape (3,), optional
-        Vector from the first to the second antenna, m forward, right, down.
-    baseline_columns : str, array_like, shape (n, 3), or Aid, optional
-        Measured vector between the antennas, m north, east, down: columns with commas, or values.
-        Default: found by its name (``baseline_north_m``).
-    aids : {"auto", "stated"}
-        "auto": use aids that are found by their names too. "stated": use only those given.
-    limits : dict of str to float, optional
-        Largest standard deviations of usable outputs: position, height, m, velocity, m/s, attitude,
-        heading, rad. Default: those of `zerorate.NavigationFilter`.
     gyro_noise, accel_noise : NoiseModel or path, optional
         Noise of the sensors, or a file of it: JSON, or an ``imu.yaml`` of Kalibr. Default: the
         noise of consumer sensors.
@@ -355,11 +320,35 @@ def navigate(
         Offset to add to the times of the reference, s.
     progress : callable, optional
         Called with the name of the step and the fraction done. By default a notebook shows a bar.
+    pressure, baro_height : str, array_like, shape (n,), or Aid, optional
+        Pressure, or height, m, of a barometer: a column of the source, values at the gyro's
+        samples, or `zerorate.navigation.Aid`. Default: found by its name (``pressure_hpa``,
+        ``baro_alt_m``).
+    pressure_unit : str, optional
+        Pa, hPa, kPa, bar, inHg, mmHg or psi. Default: by the name, or by the size of the pressure
+        at the height of the fixes.
+    compass : str, array_like, shape (n,), or Aid, optional
+        Heading of a compass, or of two antennas, likewise. Default: found by its name
+        (``heading_deg``, ``compass_deg``). Its convention is that which fits the motion.
+    compass_unit : {"deg", "rad"}, optional
+        Default: by the name, the size or the motion.
+    baseline_columns : str, array_like, shape (n, 3), or Aid, optional
+        Measured vector between the antennas, m north, east, down: columns with commas, or values.
+        Default: found by its name (``baseline_north_m``).
+    aids : {"auto", "stated"}
+        "auto": use aids that are found by their names too. "stated": use only those given.
+    mag : bool
+        Use the magnetometer of the recording as compass: calibrated by its motion, levelled, with
+        the declination of the place.
+    baseline : array_like, shape (3,), optional
+        Vector from the first to the second antenna, m forward, right, down.
+    limits : dict of str to float, optional
+        Largest standard deviations of usable outputs: position, height, m, velocity, m/s, attitude,
+        heading, rad. Default: those of `zerorate.NavigationFilter`.
     **options
         Further options of `zerorate.NavigationFilter`: gate, adapt, covariance_step, kind,
         antenna_sigma, wheel_sigma, speed_sigma, barometer_sigma, barometer_walk, compass_sigma,
-        compass_walk; and arguments of `zerorate.read_recording`, if the
-        source is a file.
+        compass_walk; and arguments of `zerorate.read_recording`, if the source is a file.
 
     Returns
     -------
@@ -384,11 +373,11 @@ def navigate(
     """
     report = choose_reporter(progress)
     wheels = _Wheels.of(wheel_speed, wheel_ticks, tick)
-    request = AidRequest(
-        pressure, baro_height, compass, baseline_columns, pressure_unit, compass_unit, aids
-    )
+    others: dict[str, Any] = {**options}
+    request = AidRequest.take(others)
+    mag, baseline, limits = (others.pop(name, None) for name in ("mag", "baseline", "limits"))
     wheeled = vehicle if wheels is None else "wheeled"
-    reading, constants = split_options(options, NAVIGATION_OPTIONS)
+    reading, constants = split_options(others, NAVIGATION_OPTIONS)
     filter_options = {
         **_vehicle_options(wheeled, axle, constants),
         **_aid_options(baseline, limits),
@@ -414,7 +403,15 @@ def navigate(
         beginning = _begin_with_compass(begin, heading, channels, used_fixes, alarms)
         speed = None if wheels is None else _read_wheels(wheels, source, beginning, used_fixes)
         run = _Run(
-            beginning, used_fixes, speed, smooth, lengths, filter_options, channels, mag, alarms
+            beginning,
+            used_fixes,
+            speed,
+            smooth,
+            lengths,
+            filter_options,
+            channels,
+            bool(mag),
+            alarms,
         )
         navigation = run.run(report)
     return replace(navigation, truth=truth, alarms=tuple(alarms))
