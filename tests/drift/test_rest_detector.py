@@ -219,7 +219,11 @@ def test_answers_are_bools():
 
 
 WRONG = [
-    ({"rate": 5e-324}, ValueError, "rate must be a positive number of samples a second, got 5e-324"),
+    (
+        {"rate": 5e-324},
+        ValueError,
+        "rate must be a positive number of samples a second, got 5e-324",
+    ),
     ({"rate": 0.0}, ValueError, "rate must be a positive number of samples a second, got 0.0"),
     ({"rate": math.inf}, ValueError, "rate must be a positive number of samples a second, got inf"),
     ({"rate": "fast"}, TypeError, "rate"),
