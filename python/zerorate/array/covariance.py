@@ -154,9 +154,9 @@ def allan_covariance(
 ) -> AllanCovariance:
     """Return the overlapping Allan covariances of gyros that were recorded side by side, at rest.
 
-    They show the averaging times at which the gyros' noises are correlated: hardly at short ones,
-    where noise is white, and perhaps at long ones, where temperature or a supply affects all of
-    them.
+    The covariances show the averaging times at which the gyros' noises are correlated. At short
+    averaging times the noise is white and hardly correlated between gyros. At long ones,
+    temperature or the supply voltage may affect all gyros.
 
     Parameters
     ----------
@@ -173,9 +173,9 @@ def allan_covariance(
     names : sequence of str, optional
         Names of the gyros.
     bridge : int, default 0
-        Gaps of at most so many samples of a gyro are filled with a straight line. All terms that
-        reach across another gap are lost for all gyros, so that the matrices stay positive
-        semidefinite, with correlations within ±1.
+        Gaps of at most so many samples of a gyro are filled with a straight line. A term that spans
+        a longer gap is left out for all gyros: the matrices then stay positive semidefinite, with
+        correlations within ±1.
 
     Returns
     -------

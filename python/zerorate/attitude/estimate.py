@@ -64,8 +64,8 @@ class AttitudeEstimate(Oriented, OneArray, Result):
         w, x, y, z from the axes of the sensor to those of the earth; a prediction where a sample of
         the gyro is missing.
     tilt_sigma, heading_sigma : ndarray, shape (n,)
-        Standard deviations, rad; without a magnetometer that of the heading is relative to the
-        start.
+        Standard deviations, rad. Without a magnetometer, the heading's standard deviation is
+        relative to the start.
     at_rest, disturbed : ndarray of bool, shape (n,)
         Masks of rest, and of a magnetic field that differs from the known one.
     events : ndarray of uint16, shape (n,)
@@ -75,7 +75,7 @@ class AttitudeEstimate(Oriented, OneArray, Result):
     bias, bias_sigma : ndarray, shape (n, 3)
         Bias of the gyro, and its standard deviation, rad/s.
     moments : ndarray of int64, shape (m,)
-        Samples of the next two arrays, up to 1000 of them; the last is n - 1.
+        Sample indices at which the next two arrays are stored: at most 1000, the last is n - 1.
     gyro_matrices, gyro_matrix_sigmas : ndarray, shape (m, 3, 3)
         M in ``rate = M (gyro - bias)``, and the standard deviations of its elements.
     frame : {"enu", "ned", "nwu"}
@@ -83,7 +83,7 @@ class AttitudeEstimate(Oriented, OneArray, Result):
     method : str
         Method of the estimate.
     offline, mag : bool
-        True if later samples were used, and if a magnetometer was used.
+        ``offline`` is True if later samples were used, ``mag`` if a magnetometer was used.
     reference : ndarray, shape (n, 4), or None
         Reference orientation of the recording, in the frame; NaN where missing.
     source : str

@@ -131,10 +131,11 @@ def compare_calibrations(first: Calibration, second: Calibration) -> Calibration
     Notes
     -----
     z is the difference over the root of the sum of both variances, for parameters that both records
-    determine. Standard errors hold within a session: the bias of a consumer accelerometer moves by
-    about 1 mg from one to the next, that of a gyro by more, with temperature and each start.
+    determine. Standard errors hold within a session. From one session to the next, the bias of a
+    consumer accelerometer changes by about 1 mg. The bias of a gyro changes more, with temperature
+    and with each start.
 
-    The more parameters, the more of them are beyond 3 by chance: of 30, one in twelve comparisons.
+    With 30 unchanged parameters, one comparison in twelve has a z beyond 3 by chance.
 
     Examples
     --------

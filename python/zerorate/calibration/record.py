@@ -38,7 +38,7 @@ class Rest:
     start, stop
         Seconds on the clock of the gyro.
     first, last
-        Range of its samples: ``first`` to before ``last``.
+        Indices of its samples: from ``first`` up to, but not including, ``last``.
     accel, gyro
         Mean output, raw, shape (3,).
     accel_sigma
@@ -81,9 +81,10 @@ class Turn:
     Parameters
     ----------
     start, stop
-        Seconds on the clock of the gyro: from within one rest to within the next.
+        Start and end, s, on the clock of the gyro: inside the rest before and inside the rest
+        after.
     first, last
-        Range of its samples: ``first`` to before ``last``.
+        Indices of its samples: from ``first`` up to, but not including, ``last``.
     rests
         Indices of the two rests in `Calibration.rests`.
     angle
@@ -91,7 +92,8 @@ class Turn:
     axis
         Axis of the rotation, unit vector in the axes of the body before, shape (3,).
     residual
-        Angle between gravity propagated through the turn and gravity after it, rad.
+        Angle between gravity as propagated by the gyro through the motion and gravity measured
+        after it, rad.
     used
         True if the fit used it.
     reason

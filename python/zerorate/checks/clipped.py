@@ -103,11 +103,11 @@ class RestoredGyro:
 def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredGyro:
     """Restore rates that a gyro clipped at its range, from their flanks.
 
-    The range need not be known. An axis and sign counts as clipped if the rate is within 4 % of its
-    largest for a tenth of a second, there are half as many such samples as a little below, and
-    cubics through the flanks rise above the plateaus by 1.5 % of the largest on average. Round
-    peaks and true plateaus agree with their flanks and stay unchanged, to the last bit. A gyro that
-    stays below 100 deg/s is unchanged, too.
+    The range need not be known. One direction of an axis counts as clipped under three conditions.
+    The rate stays within 4 % of its largest value for a tenth of a second. The band just below has
+    at most twice as many samples. Cubics through the flanks exceed the plateaus by 1.5 % of the
+    largest value on average. Round peaks and true plateaus agree with their flanks and stay
+    unchanged, to the last bit. A gyro that stays below 100 deg/s is unchanged, too.
 
     Parameters
     ----------

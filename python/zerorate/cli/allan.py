@@ -126,7 +126,9 @@ class _Exports:
     )
 
     bounds: bool = option(
-        True, "Export the upper bound of a number that the log does not determine."
+        True,
+        "Leave out numbers that the log does not determine. By default their upper bound is "
+        "exported.",
     )
     doubtful: Doubtful = False
 

@@ -64,7 +64,7 @@ class _Filter:
     )
     at: Sequence[float] | None = option(
         None,
-        "Place, deg, for the declination by the WMM.",
+        "Position, deg, for the declination of the World Magnetic Model.",
         metavar="LAT,LON",
         parse=parse_place,
     )

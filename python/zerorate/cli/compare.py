@@ -37,9 +37,9 @@ class _Compared:
     seeds: int = option(12, "Simulated records per gyro.")
     methods: Sequence[str] = option(
         METHODS,
-        "Methods, with commas; NAME=MODULE:FUNCTION adds yours. FUNCTION(z, rate), from a Python "
-        "file in this folder, returns the bias after each sample. After a name +hold learns at "
-        "rest only, +reject rejects outliers.",
+        "Methods to compare, e.g. auto,kf; NAME=MODULE:FUNCTION adds yours. FUNCTION(z, rate), "
+        "from a Python file in this folder, returns the bias after each sample. "
+        "After a name +hold learns at rest only, +reject rejects outliers.",
         metavar="NAMES",
         parse=parse_words,
     )

@@ -19,7 +19,7 @@ _OPTIONS: Final = {name: own_flag(name) for name in READING}
 
 def formats(
     log: Annotated[
-        Path | None, Argument("Recording whose format and columns are to be explained.")
+        Path | None, Argument("Recording to explain: its format and its columns.")
     ] = None,
 ) -> None:
     """List the formats that are read and written, or explain how a file is read.

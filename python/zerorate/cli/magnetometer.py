@@ -58,13 +58,13 @@ class Magnetometer:
     )
     dip: float | None = option(
         None,
-        "Local field angle below the level, deg. Negative in the south.",
+        "Local dip of the field below the horizontal, deg. Negative in the south.",
         metavar="DEG",
         convert=math.radians,
     )
     at: tuple[float, ...] | None = option(
         None,
-        "Place, deg, for the World Magnetic Model. The model gives field and dip. Default: the "
+        "Position, deg, for the World Magnetic Model. The model gives field and dip. Default: the "
         "first position in the log.",
         metavar="LAT,LON",
         parse=parse_place_of_field,

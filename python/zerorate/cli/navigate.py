@@ -137,7 +137,7 @@ class _Run:
         metavar="MODEL",
     )
     accel_noise: Path | None = option(
-        None, "Accelerometer noise (a file of the same kind).", metavar="MODEL"
+        None, "Accelerometer noise (file as for --gyro-noise).", metavar="MODEL"
     )
     noise: Literal["auto", "stated"] = option(
         "auto",
@@ -185,7 +185,9 @@ class _Body:
         metavar="COLUMN",
     )
     pressure_unit: Literal["Pa", "hPa", "kPa", "bar", "inHg", "mmHg", "psi"] | None = option(
-        None, "Unit of the pressure. By default by its name, or its size at the fixes' height."
+        None,
+        "Unit of the pressure. Default: from the column's name, or from the values at the fixes' "
+        "height.",
     )
     baro_height: str | None = option(
         None,
@@ -200,9 +202,9 @@ class _Body:
         metavar="COLUMN",
     )
     compass_unit: Literal["deg", "rad"] | None = option(
-        None, "Unit of the heading. By default by its name, its size or the motion."
+        None, "Unit of the heading. Default: from the column's name, the values or the motion."
     )
-    mag: bool = option(False, "Use the magnetometer as a compass, calibrated by its motion.")
+    mag: bool = option(False, "Use the magnetometer as a compass, calibrated from the motion.")
     baseline: Sequence[float] | None = option(
         None,
         "Vector from the first to the second antenna, m. Forward, right, down; for measured "
@@ -217,7 +219,7 @@ class _Body:
         metavar="N,E,D",
     )
     aids: Literal["auto", "stated"] = option(
-        "auto", "Aids. auto: those found by name too. stated: only those of the options above."
+        "auto", "Aids to use. stated: those of the options above; auto: also those found by name."
     )
     limits: Mapping[str, float] | None = option(
         None,
@@ -228,9 +230,9 @@ class _Body:
     )
     antenna: Sequence[float] | None = option(
         None,
-        "Vector from the sensors to the antenna, m. Forward, right, down. By default as in the "
-        "file's metadata, or about 0,0,0. It is estimated within --antenna-sigma, by default "
-        "0.05 m if it is stated and 1 m if not.",
+        "Vector from the sensors to the antenna, m. Forward, right, down. Default: from the "
+        "file's metadata, or else 0,0,0. It is the start of an estimate with the standard "
+        "deviation --antenna-sigma: by default 0.05 m if the vector is stated, otherwise 1 m.",
         metavar="X,Y,Z",
         parse=_PARSE_VECTOR,
     )

@@ -60,8 +60,8 @@ def simulate(
     device: Annotated[
         str | None,
         Argument(
-            "Motion of an IMU: hand (with magnetometer and true orientation), drive (with fixes) "
-            "or walk; or a gyro at rest, such as MPU-6050 (--list shows all)."
+            "Gyro at rest, e.g. MPU-6050 (--list shows all), or motion of an IMU: hand (with "
+            "magnetometer and true orientation), drive (with fixes) or walk."
         ),
     ] = None,
     output: Annotated[

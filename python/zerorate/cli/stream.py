@@ -81,7 +81,9 @@ class _Numbers:
         min=1,
         max=MAX_BITS,
     )
-    fields: int | None = option(None, "Values in a line, in case the first line is cut off.", min=1)
+    fields: int | None = option(
+        None, "Number of values in a line; needed if the first line may be cut off.", min=1
+    )
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of the settings of a stream."""

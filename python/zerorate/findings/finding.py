@@ -22,7 +22,7 @@ class Finding:
     section : str
         Section of the report, such as ``"The clock"``.
     kind : str
-        Name of its limit in ``LIMITS``, or a description.
+        Name of the finding's limit in ``LIMITS``; without a limit, a description.
     severity : str
         ``"good"``, ``"look"`` or ``"act"``.
     text : str

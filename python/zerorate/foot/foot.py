@@ -276,12 +276,13 @@ class FootTrack(Oriented, SmoothableTrack, Result):
 class FootNavigation:
     """Position and attitude of a sensor on a foot, from its gyro and accelerometer alone.
 
-    In each stance the velocity of the foot is zero. Stances are the minima of a speed bound,
-    without a threshold tuned to a sensor or a gait. The noise of the zero velocity follows from the
-    same bound. Rates clipped at the gyro's range are restored first. The gyro's bias is learned
-    while the foot rests for half a second, never from zero velocities. It processes a whole
-    recording; `FootFilter` is the live form. Without a rest at the start it begins in the first
-    deep stance, and integrates the samples before it backwards.
+    In each stance the velocity of the foot is zero. Stances are found as minima of an upper bound
+    of the foot's speed; no threshold depends on the sensor or the gait. The same bound gives the
+    standard deviation of the zero-velocity updates. Rates clipped at the gyro's range are restored
+    first. The gyro's bias is learned while the foot rests for half a second, never from zero
+    velocities. `FootNavigation` processes a whole recording; `FootFilter` processes live samples.
+    Without a rest at the start it begins in the first deep stance, and integrates the samples
+    before it backwards.
 
     Motion of a wrist, a hand, a pocket or a vehicle raises an error. A foot rotates fast in its
     swings, stands between them, and stands with the same tilt each time.

@@ -26,15 +26,15 @@ class ArmaGrid:
     ----------
     sigma2 : ndarray, shape (max_p + 1, max_q + 1)
         Innovation variance of ARMA(p, q) in row p and column q: the sum of the squared residuals
-        over their number. No order fits worse than one that it contains.
+        over their number. An order never has a larger variance than a lower order nested in it.
     n : int
         Number of residuals.
     converged : ndarray of bool, shape (max_p + 1, max_q + 1)
         Mask of searches that reached a minimum.
     evaluations : ndarray of int, shape (max_p + 1, max_q + 1)
-        Number of passes of the searches over the record, without those for slow starts.
+        Number of passes over the record in the searches, except passes for slow starts.
     coefficients : tuple of ndarray
-        [phi, theta, c] of each order, row after row of one p.
+        [phi, theta, c] of each order (p, q), sorted by p, then by q.
 
     Examples
     --------

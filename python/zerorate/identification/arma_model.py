@@ -39,8 +39,8 @@ Complexes = npt.NDArray[np.complex128]
 class ArmaModel(Result):
     """A model z_k = sum_i phi_i z_(k-i) + a_k + sum_j theta_j a_(k-j) + c, of orders (p, q).
 
-    `fit_ar` and `fit_arma` estimate one, `of` takes known numbers. Two models are equal if every
-    number is; `print` shows a table.
+    `fit_ar` and `fit_arma` estimate one, `of` takes known numbers. Two models are equal if all
+    their numbers are equal. `print` shows a table.
 
     Attributes
     ----------

@@ -33,8 +33,8 @@ def fit_ar(
     p : int
         Order, 0 to 64.
     method : str, default "least-squares"
-        "least-squares": over every sample with p samples before it in its stretch, without
-        assumptions on earlier ones; the model may be unstable, so this shows a unit root. "burg":
+        "least-squares": fits each sample that has p samples before it without a gap. It assumes
+        nothing on earlier samples; the model may be unstable, so it can show a unit root. "burg":
         least squares forward and backward together; always stationary, and precise on short
         records. "yule-walker": matches the record's first autocovariances; always stationary, and
         biased towards 0 if roots are near 1.

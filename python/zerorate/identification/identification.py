@@ -242,7 +242,8 @@ def identify(
         Name and unit of the axis, for the report; by default those of a `Log`, or from the name of
         a column.
     order : (int, int), optional
-        Orders p, q of the model; by default the clear choice of the criterion.
+        Orders p, q of the model; by default those of the smallest model whose criterion is
+        close to the minimum.
     max_order : int
         Largest order of the autoregressive models.
     max_p, max_q : int

@@ -53,8 +53,8 @@ class NetworkModel:
     n, held_out : int
         Number of training steps, and of later steps for the test.
     rmse, ar_rmse : float
-        One-step error on the test steps, unit of the record: of the network, and of an
-        autoregression of as many inputs, by least squares on the same samples.
+        RMS one-step errors on the test steps, in the unit of the record: ``rmse`` of the network,
+        ``ar_rmse`` of an autoregression with the same number of inputs, fitted to the same samples.
     limit_cycle : float
         Standard deviation of the free-running network, over that of the record: 0 unless it
         oscillates by itself.

@@ -155,10 +155,11 @@ _ADF_CRITICAL: Final = (-2.86154, -2.8903, -4.234, -40.04)
 def adf(z: npt.ArrayLike, lags: int | None = None) -> Verdict:
     """Test a record for a unit root: a random walk instead of variation about a level.
 
-    Acceptance means that the record may be a random walk. Rejection is less certain: drift that is
-    faint next to white noise, as in a gyro, is an ARMA process whose moving-average root is near 1,
-    and there the test rejects an existing unit root far more often than 5 %. `kpss` detects such
-    drift, and so does `reverse_arrangements` if the drift does not return.
+    Acceptance means that the record may be a random walk. Rejection is less certain if the random
+    walk is weak compared with white noise, as in a gyro. Such a record is an ARMA process whose
+    moving-average root is near 1, and the test rejects its unit root far more often than in 5 % of
+    the cases. `kpss` detects such drift, and so does `reverse_arrangements` if the drift does not
+    return.
 
     Parameters
     ----------
@@ -166,9 +167,9 @@ def adf(z: npt.ArrayLike, lags: int | None = None) -> Verdict:
         Samples in any unit, at least 20; those not finite are missing, and the regression starts
         again after them.
     lags : int, optional
-        Lagged differences in the regression, 0 to 63. Default: the number of least AIC, all
-        compared over the same samples, up to Schwert's 12 (n/100)^(1/4) but at most 63, with n
-        the length of the longest stretch without a gap.
+        Number of lagged differences in the regression, 0 to 63. Default: the number with the lowest
+        AIC (computed on the same samples for all numbers), up to Schwert's limit 12 (n/100)^(1/4)
+        and at most 63; n is the length of the longest stretch without a gap.
 
     Returns
     -------
@@ -185,10 +186,10 @@ def adf(z: npt.ArrayLike, lags: int | None = None) -> Verdict:
 
     Notes
     -----
-    With k lagged differences the regression is an AR(k + 1) in another basis, its coefficient
-    phi_1 + ... + phi_(k+1) - 1. Probability: J. G. MacKinnon, Journal of Business and Economic
-    Statistics 12, 1994; critical value: the same, Queen's University working paper 1227, 2010.
-    W. E. Said, D. A. Dickey, Biometrika 71, 1984; G. W. Schwert, JBES 7, 1989.
+    With k lagged differences the regression is an AR(k + 1) model in another basis. The tested
+    coefficient is phi_1 + ... + phi_(k+1) - 1. Probability: J. G. MacKinnon, Journal of Business
+    and Economic Statistics 12, 1994; critical value: the same, Queen's University working paper
+    1227, 2010. W. E. Said, D. A. Dickey, Biometrika 71, 1984; G. W. Schwert, JBES 7, 1989.
 
     Examples
     --------

@@ -1,8 +1,8 @@
-"""Evidence for role, unit and clock of the columns of a table, weighed here and nowhere else.
+"""Evidence for the role, unit and clock of each column of a table.
 
-Roles are those of `zerorate.io.sensors` by the names of columns, of the file's own list, and in a
-table without names those of the values. A unit is that of a name, of a caller, of the other axes,
-or of the metadata. Clocks are those of `zerorate.io.timecolumns`.
+Roles come from the names of columns (`zerorate.io.sensors`), from the file's own list, or, in a
+table without names, from the values. Units come from a name, an argument, the other axes, or the
+metadata. `zerorate.io.timecolumns` finds the clocks. No other module decides these.
 """
 
 from __future__ import annotations
@@ -63,9 +63,9 @@ _KIND_NAMES: Final = {
 
 
 class Role(NamedTuple):
-    """A column: its name, its role and its unit, each with the evidence, and its log.
+    """Name, role, unit and log of a column; role and unit include their evidence.
 
-    Texts are empty where nothing is known.
+    Unknown texts are empty.
     """
 
     name: str
@@ -76,7 +76,7 @@ class Role(NamedTuple):
 
 @dataclass(frozen=True)
 class Evidence:
-    """What the columns of a table are: its sensors, their units, and their clocks."""
+    """Sensors of a table, with their columns, units and clocks."""
 
     table: Table
 
@@ -87,7 +87,7 @@ class Evidence:
         return cls(table.in_memory(range(table.width)) if unnamed else with_clock(table))
 
     def sensors(self, without: Collection[int] = ()) -> list[Sensor]:
-        """Return the sensors of a table with names, except columns that are something else."""
+        """Return the sensors of a table with names, except the columns in `without`."""
         table, taken = self.table, {self.table.time, *without}
         names = {i: n for i, n in enumerate(table.names or ()) if i not in taken}
         names = {i: name for i, name in names.items() if not looks_like_time(name)}
@@ -99,16 +99,16 @@ class Evidence:
 
     @property
     def _listed_kind(self) -> str:
-        """Kind of the columns that a file lists without a known name."""
+        """Kind of the data columns that a file lists, if their names are unknown."""
         return "accel" if KIND_OF_UNIT.get(self.table.meta.unit or "") == "accel" else "gyro"
 
     def one_of_each(
         self, kinds: Sequence[str], wanted: str | None, is_sole: bool = False
     ) -> tuple[list[Sensor], list[str]]:
-        """Return one sensor of each kind, which a caller may name, and notes.
+        """Return one sensor of each kind, the wanted one if it is named, and notes.
 
-        Of a table without names that is all but the time, if these are three columns or fewer.
-        LogError for none, and for several of them where ``is_sole`` asks for one.
+        In a table without names, the sensor is all columns except the time, at most three. Raises
+        LogError if there is no sensor, or if there are several devices and ``is_sole`` is True.
         """
         if self.table.data is not None:
             return [Sensor(self._listed_kind, self.table.data)], []
@@ -132,7 +132,7 @@ class Evidence:
     def _choose(
         self, own: list[Sensor], wanted: str | None, is_sole: bool
     ) -> tuple[list[Sensor], list[str]]:
-        """Return the sensors of one kind that are meant, after checking them, and notes."""
+        """Return the chosen sensors of one kind, after a check of their columns, and notes."""
         names = self.table.names or ()
         devices = list_devices(own, names) if is_sole and wanted is None else ()
         if len(devices) > 1:
@@ -175,19 +175,19 @@ class Evidence:
         return [self.table.label(index) for index in sensor.indices]
 
     def _describe_axes(self, sensors: Sequence[Sensor]) -> Iterator[str]:
-        """Yield the sentences on three columns that are axes by their order alone."""
+        """Yield a sentence for each sensor whose axes x, y, z are assumed from the column order."""
         for sensor in sensors:
             if sensor.is_complete and not sensor.has_named_axes:
                 names = ", ".join(self._labels(sensor))
                 yield f"the names {names} show no axes, so they are x, y, z in this order"
 
     def _by_values(self) -> tuple[list[Sensor], list[str]]:
-        """Return the columns of a table without names that are a gyro's, and the note on them.
+        """Return the gyro columns of a table without names, and a note on them.
 
         Raises
         ------
         LogError
-            If they are many, or hold what no gyro measures.
+            If there are more than three columns, or their values cannot be a gyro's.
         """
         table = self.table
         if table.data is not None:
@@ -214,12 +214,12 @@ class Evidence:
         return [sensor], [f"the table has no names: {listed} are read as a gyro"]
 
     def in_unit(self, sensor: Sensor, stated: str | None, scaling: Scaling, first: bool) -> Sensor:
-        """Return a sensor with its unit and its factor, which may be the one of the first.
+        """Return a sensor with its unit and its factor; `first`: it is the first one read.
 
         Raises
         ------
         LogError
-            If its columns differ in unit, or are not in the unit that is stated.
+            If its columns differ in unit, or their unit differs from the stated one.
         """
         names = self._labels(sensor)
         if sensor.kind in _SCALED_KINDS:
@@ -252,7 +252,7 @@ class Evidence:
         )
 
     def _file_unit(self, sensor: Sensor) -> str | None:
-        """Return the one unit that a file states for a sensor, if it is not that of another."""
+        """Return the unit that a file states for a sensor; None if it is another quantity's."""
         stated = self.table.meta.unit
         if sensor.indices == self.table.data:
             return stated
@@ -263,7 +263,7 @@ class Evidence:
         return None if kind in _SCALED_KINDS and kind != sensor.kind else stated
 
     def kind_of(self, columns: Sequence[int]) -> str:
-        """Return the kind of columns that a caller names: accelerometers if all are, else gyros."""
+        """Return the kind of requested columns: "accel" if all names are an accelerometer's."""
         names = [self.table.label(index) for index in columns]
         if all(looks_like_accelerometer(name) and not looks_like_gyro(name) for name in names):
             return "accel"
@@ -295,7 +295,7 @@ class Evidence:
         return Role(name, meaning, f"{unit}, by its name" if unit else "by its numbers", log)
 
     def _role(self, index: int, clue: str | None, log: str, known: str) -> Role:
-        """Return the role of a column that is no time."""
+        """Return the role of a column that is not a time."""
         name = self.table.label(index)
         found = meaning_of(name)
         named = split_unit(name)[1] if found is None else found.unit
@@ -320,7 +320,7 @@ def _named_unit(name: str) -> str | None:
 
 
 def _check_axes(sensor: Sensor, names: Sequence[str]) -> None:
-    """Raise LogError for more columns than a sensor has axes, and for one in a foreign unit."""
+    """Raise LogError for a sensor of over three columns, or a column in a foreign unit."""
     like = _KIND_NAMES[sensor.kind]
     if len(names) > len(_AXES):
         many = f"{len(names)} columns are of {like}, expected three axes: {', '.join(names)}"
@@ -353,9 +353,9 @@ def _load_values(table: Table, places: Sequence[int]) -> list[Floats]:
 
 
 def _not_of_gyro(table: Table, places: Sequence[int]) -> tuple[str, Sequence[int]] | None:
-    """Return the reason why a table without names has no gyro, and the columns that may be one.
+    """Return the reason why columns without names are no gyro, and columns that may be one.
 
-    None stands for a gyro.
+    Return None if the columns may be a gyro.
     """
     values = _load_values(table, places)
     whole = all(np.all(np.isnan(column) | (column == np.rint(column))) for column in values)
@@ -370,7 +370,7 @@ def _not_of_gyro(table: Table, places: Sequence[int]) -> tuple[str, Sequence[int
 
 
 def _length(values: Sequence[Floats]) -> float | None:
-    """Return the length that vectors keep, as gravity and fields do; None if it changes."""
+    """Return the constant length of vectors, such as gravity or a field; None if it changes."""
     size = np.sqrt(np.sum(np.square(np.stack(values).astype(np.float64)), axis=0))
     known = size[np.isfinite(size)]
     length = float(np.median(known)) if known.size else 0.0
@@ -380,7 +380,7 @@ def _length(values: Sequence[Floats]) -> float | None:
 
 
 def _gravity(values: Sequence[Floats]) -> float | None:
-    """Return the gravity whose length vectors keep, None for none."""
+    """Return 1 or 9.80665 if the vectors have this constant length; otherwise None."""
     length = _length(values)
     near = (g for g in _GRAVITY if length is not None and abs(length / g - 1) < _OF_GRAVITY)
     return next(near, None)
@@ -389,8 +389,9 @@ def _gravity(values: Sequence[Floats]) -> float | None:
 def _imu_by_values(table: Table, places: Sequence[int]) -> tuple[Sequence[int], Sequence[int]]:
     """Return the columns of gyro and accelerometer in a table without names.
 
-    Three columns that keep the length of gravity are an accelerometer. Of six the others are the
-    gyro, if they keep none. Either is empty where the values do not show it.
+    Three columns whose vector has the constant length of gravity are the accelerometer. Three
+    columns without a constant length are the gyro. The columns of a sensor are empty if the values
+    do not identify it.
     """
     if len(places) % len(_AXES):
         return (), ()
@@ -402,7 +403,7 @@ def _imu_by_values(table: Table, places: Sequence[int]) -> tuple[Sequence[int], 
 
 
 def named_by_values(table: Table) -> Table:
-    """Return a table with its six columns named as gyro and accelerometer by their values."""
+    """Return a table whose six unnamed columns are named as gyro and accelerometer."""
     imu_width = 2 * len(_AXES)
     if table.names is not None or not imu_width <= table.width <= _MAX_UNNAMED_COLUMNS:
         return table

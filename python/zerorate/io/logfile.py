@@ -160,11 +160,12 @@ def open_log(
 def open_imu(
     path: LogSource, *, unit: str | None = None, **arguments: Unpack[ReadArguments]
 ) -> tuple[LogFile, LogFile | None]:
-    """Return the log that `open_log` returns, and that of its accelerometer.
+    """Open the log of a gyro, as `open_log` does, and the log of its accelerometer.
 
-    The accelerometer is the one of the same table that is named like the gyro, or the only one. It
-    is None if there is none, if it has not three axes or cannot be read, and where ``sensor`` asks
-    for all gyros. Several gyros of which none is named are a LogError that lists them.
+    The accelerometer is in the same table: the one with the gyro's device name, or the only one. It
+    is None if there is no accelerometer, if it does not have three axes or cannot be read, or if
+    ``sensor`` requests all gyros. If the table has several gyros and ``sensor`` names none, a
+    LogError lists them.
     """
     return _open_logs(path, ReadOptions.of(**arguments), unit, accel=True)
 

@@ -1,4 +1,4 @@
-"""Sensors among the columns of a table: candidates by names, scored, and the choice of one."""
+"""Sensors among the columns of a table: candidates from names, their scores, and the choice."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _MAX_LISTED: Final = 8
 
 
 class Sensor(NamedTuple):
-    """Columns of one sensor by their indices, in the order x, y, z whatever that of the file.
+    """Column indices of one sensor, in the order x, y, z, independent of the file's order.
 
-    ``has_named_axes`` is True if the names show the axes; there are fewer than three where the
-    sensor has fewer, and more where names only count. Values are in the ``unit`` once they are
-    multiplied by the ``factor``, None for none.
+    ``has_named_axes`` is True if the names show the axes. A sensor may have fewer than three
+    columns, or more if its names have only numbers. Values times ``factor`` (None: 1) are in
+    ``unit``.
     """
 
     kind: str
@@ -42,20 +42,20 @@ class Sensor(NamedTuple):
 
     @property
     def score(self) -> tuple[bool, int, int]:
-        """Score of a sensor, the lowest being the best: three axes, a good stage, a low number."""
+        """Score of a sensor: three axes, stage, number; the lowest score is the best."""
         stage = self.stage if self.stage in STAGES else ""
         numbers = [int(word) for word in self.device.split("_") if word.isdigit()]
         return not self.is_complete, STAGES.index(stage), numbers[-1] if numbers else -1
 
     def matches(self, wanted: Sequence[str]) -> bool:
-        """Return True if words name this sensor: its device, its stage, or words of its columns."""
+        """Return True if the words match this sensor's device, stage or column names."""
         own = self.stem.split("_")
         return all(word in own or ROLES.get(word) == self.stage for word in wanted)
 
     def label(self, name: str) -> str:
         """Return the device as a column's name spells it: ``imu2`` of ``imu2_gyro_x``.
 
-        The name of the whole sensor, ``gyro2``, where its device is a number; empty without one.
+        If the device is a number, return the sensor's name, ``gyro2``. Empty without a device.
         """
         if not self.device:
             return ""
@@ -66,7 +66,7 @@ class Sensor(NamedTuple):
 
 
 def find_sensors(names: Mapping[int, str]) -> list[Sensor]:
-    """Return the sensors that columns are of by their names, in the order of the file."""
+    """Return the sensors found from the columns' names, in the order of the file."""
     groups: dict[tuple[str, str, bool], list[tuple[int, ParsedName]]] = {}
     others: dict[tuple[str, str], list[int]] = {}
     for index, meaning in ((index, meaning_of(name)) for index, name in names.items()):
@@ -90,7 +90,7 @@ def find_sensors(names: Mapping[int, str]) -> list[Sensor]:
 
 
 def _split_copies(kind: str, group: Sequence[tuple[int, ParsedName]]) -> Iterator[Sensor]:
-    """Yield the sensor of a group of columns, or the first, second, ... of a table that repeats."""
+    """Yield the sensor of a group of columns; if names repeat, the first, second, ... sensor."""
     axes: dict[int | None, list[tuple[int, ParsedName]]] = {}
     for index, words in group:
         axis = words.number if words.axis is None else words.axis
@@ -107,7 +107,7 @@ def _split_copies(kind: str, group: Sequence[tuple[int, ParsedName]]) -> Iterato
 
 
 def _merge_named_apart(sensors: list[Sensor]) -> list[Sensor]:
-    """Return the sensors, three columns without axes and with names of their own being one."""
+    """Return the sensors; three one-column sensors of a kind without axes are merged into one."""
     for kind in IMU_KINDS:
         own = [sensor for sensor in sensors if sensor.kind == kind]
         indices = sorted(index for sensor in own for index in sensor.indices)
@@ -128,10 +128,10 @@ def keep_best_stage(sensors: Sequence[Sensor]) -> tuple[list[Sensor], list[Senso
 
 
 def choose_sensors(sensors: Sequence[Sensor], wanted: str | None) -> list[Sensor]:
-    """Return the sensors of one kind that are meant.
+    """Return the sensor of one kind that a name selects, or one of every device.
 
-    One is meant: of those that a name means, with three axes if any has, of the best stage, the
-    one of the lowest number, the first in the file. ``"all"`` means one of every device.
+    Among the sensors with this name, the order of preference is: three axes, the best stage, the
+    lowest number, the first in the file. ``"all"`` selects the best stage of every device.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def choose_sensors(sensors: Sequence[Sensor], wanted: str | None) -> list[Sensor
 
 
 def select_sensors(sensors: Sequence[Sensor], wanted: str | None) -> list[Sensor]:
-    """Return the sensors that a name means, all for None; LogError if it means none."""
+    """Return the sensors that a name matches, all for None; LogError if it matches none."""
     if wanted is None or wanted == ALL_SENSORS or not sensors:
         return list(sensors)
     words = words_of(wanted)
@@ -156,9 +156,9 @@ def select_sensors(sensors: Sequence[Sensor], wanted: str | None) -> list[Sensor
 
 
 def list_devices(sensors: Sequence[Sensor], names: Sequence[str]) -> tuple[str, ...]:
-    """Return the devices of which one is to be chosen, each as the columns' names spell it.
+    """Return the names of the devices to choose from, spelled as in the columns' names.
 
-    Sensors with fewer axes than others of their kind do not count, and stages of one are one.
+    Only sensors with three axes count. The stages of one device count once.
     """
     complete = [sensor for sensor in keep_best_stage(sensors)[0] if sensor.is_complete]
     labels = (sensor.label(names[sensor.indices[0]]) or sensor.stem for sensor in complete)
@@ -166,14 +166,14 @@ def list_devices(sensors: Sequence[Sensor], names: Sequence[str]) -> tuple[str, 
 
 
 def list_stems(sensors: Sequence[Sensor]) -> str:
-    """Return the names of sensors as a sentence lists them."""
+    """Return the names of sensors as a list for a sentence."""
     stems = list(dict.fromkeys(sensor.stem for sensor in sensors))
     more = [f"... ({len(stems)} in all)"] if len(stems) > _MAX_LISTED else []
     return ", ".join([*stems[:_MAX_LISTED], *more])
 
 
 def find_sensor_columns(names: Sequence[str], kind: str) -> tuple[int, ...]:
-    """Return the columns of the one sensor of a kind; LogError if several devices have one."""
+    """Return the columns of the only sensor of a kind; LogError if several devices have one."""
     own = [one for one in find_sensors(dict(enumerate(names))) if one.kind == kind]
     indices = tuple(index for sensor in choose_sensors(own, None) for index in sensor.indices)
     if len(devices := list_devices(own, names)) > 1:
@@ -188,7 +188,7 @@ def find_sensor_columns(names: Sequence[str], kind: str) -> tuple[int, ...]:
 
 
 def find_accelerometer(names: Sequence[str], gyro: Sequence[int]) -> tuple[int, ...]:
-    """Return the columns of the accelerometer of a gyro: of its device, or the only one."""
+    """Return the accelerometer columns for a gyro: from the same device, or the only ones."""
     sensors = find_sensors(dict(enumerate(names)))
     accels, _ = keep_best_stage([s for s in sensors if s.kind == "accel" and s.is_complete])
     devices = {s.device for s in sensors if s.kind == "gyro" and set(gyro) & set(s.indices)}

@@ -46,9 +46,9 @@ def write_log(
         Log to write. Columns without a unit in their name get the suffix of the log's unit.
     path
         ``.csv``, ``.tsv``, ``.npz`` or ``.parquet``. A text table begins with a ``#`` line if rate,
-        unit and names do not follow from its columns. For other programs ``.mcap`` (Foxglove,
-        PlotJuggler) and ``.gcsv`` (Gyroflow), in the units of these programs; such a file does not
-        hold all of a log.
+        unit and names do not follow from its columns. ``.mcap`` (Foxglove, PlotJuggler) and
+        ``.gcsv`` (Gyroflow) are for other programs, in their units, and do not hold everything in a
+        log.
     force
         Replace an existing file; default no.
 

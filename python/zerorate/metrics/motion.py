@@ -36,7 +36,7 @@ class MotionError:
     rmse_undelayed : float or ndarray
         RMS error without this delay; NaN if the delay cannot be found.
     rmse_lowpass : float or ndarray
-        RMS error of the raw signal behind the one-pole low-pass filter with this delay (0 if the
+        RMS error of the raw signal after a one-pole low-pass filter with the same delay (0 if the
         estimate leads); NaN without the raw signal or without a delay.
 
     Examples

@@ -190,13 +190,13 @@ class AllanRatio:
 def allan_ratio(
     raw: npt.ArrayLike, filtered: npt.ArrayLike, rate: float | None, time_constant: float
 ) -> AllanRatio:
-    """Return the ratio of Allan deviations after and before, from ten time constants on.
+    """Return the filtered over the raw Allan deviation, beyond ten filter time constants.
 
     At shorter averaging times the filter smooths its output, and noise coefficients describe the
-    filter. At longer ones, an estimate of gain 1 has a ratio near 1, a one-pole low-pass filter
-    0.92 at ten of its time constants and 0.99 at a hundred: one gyro's angle random walk does not
-    fall, and a claim that it did is an error. The ratio of the compensated rate, raw minus bias,
-    falls there by the removed drift.
+    filter. At longer averaging times, an estimate of gain 1 has a ratio near 1. A one-pole low-pass
+    filter has 0.92 at ten of its time constants and 0.99 at a hundred. A filter cannot reduce the
+    angle random walk of a single gyro. The compensated rate, raw minus bias, has a lower ratio,
+    because its drift is removed.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Channels of aids: pressure, height, heading, baseline; units and conventions by evidence.
 
-A channel is converted where its name or the motion leaves one meaning. Otherwise it is left out
-with an alarm, or refused if it was requested.
+A channel is converted if its name or the motion allows only one unit and convention. Otherwise it
+is left out with an alarm; a requested channel raises an error.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class Channel(NamedTuple):
     name : str
         Name of the column, for messages.
     is_requested : bool
-        True if the user named it: its faults are errors.
+        True if the user named the channel; an unusable channel is then an error.
     sigma : ndarray, shape (k,), optional
         Standard deviations, SI.
     """
@@ -133,9 +133,9 @@ def judge_channels(channels: list[Channel], fixes: Fixes, track: Track | None) -
     channels : list of Channel
         Channels, at most one per kind.
     fixes : Fixes
-        Fixes of the receiver, whose height judges the unit of a pressure.
+        Fixes of the receiver; their height determines the unit of a pressure.
     track : Track or None
-        Track without these aids, which judges the convention of a heading and frozen readings.
+        Track without these aids; it determines the convention of a heading and frozen readings.
 
     Raises
     ------
@@ -167,7 +167,7 @@ def _parts(fault: LogError) -> tuple[str, ...]:
 def _judge_pressure(
     channel: Channel, fixes: Fixes, track: Track | None, found: AidInputs
 ) -> Channel:
-    """Return a pressure in Pa: its unit fits the height of the fixes."""
+    """Return a pressure in Pa, in the unit that fits the height of the fixes."""
     height = fixes.position[np.isfinite(fixes.position[:, 2]), 2]
     metres = float(np.median(height)) if height.size else 0.0
     expected = _SEA_LEVEL_PA * math.exp(-metres / _SCALE_HEIGHT_M)
@@ -253,7 +253,7 @@ def _judge_heading(
 
 
 def _check_other_unit(channel: Channel, unit: str, track: Track | None) -> None:
-    """Raise LogError that names the unit, if the readings fit the motion in the other one."""
+    """Raise LogError with the other unit's name, if the readings fit the motion in that unit."""
     other = "rad" if unit == "deg" else "deg"
     known, heading, _ = _motion_heading(channel, track)
     misfit = np.abs(_wrap(channel.values * _ANGLE_UNITS[other] - heading)[known])
@@ -264,7 +264,7 @@ def _check_other_unit(channel: Channel, unit: str, track: Track | None) -> None:
 
 
 def _find_angle_unit(channel: Channel, track: Track | None) -> str:
-    """Return the unit of a heading by its size, or by its change in a rotation of the body."""
+    """Return the unit of a heading from its size, or from its change when the body rotates."""
     if len(channel.values) and float(np.abs(channel.values).max()) > _MAX_ANGLE_RAD:
         return "deg"
     known, heading, _ = _motion_heading(channel, track)
@@ -326,7 +326,7 @@ def _fit_convention(
 
 
 def _motion_heading(channel: Channel, track: Track | None) -> tuple[Booleans, Floats, Floats]:
-    """Return the mask of headings that the motion shows, these headings, and heights, m."""
+    """Return the mask of headings known from the motion, these headings, and heights, m."""
     n = len(channel.time)
     if track is None or not track.n:
         return np.zeros(n, dtype=np.bool_), np.full(n, np.nan), np.full(n, np.nan)
@@ -337,7 +337,7 @@ def _motion_heading(channel: Channel, track: Track | None) -> tuple[Booleans, Fl
 
 
 def _mask_frozen(channel: Channel, track: Track | None, found: AidInputs) -> Channel:
-    """Leave out readings that repeat one value while the vehicle turns or climbs."""
+    """Mask readings that repeat one value while the vehicle turns or climbs."""
     if channel.kind not in _MIN_FROZEN_S:
         return channel
     _, heading, height = _motion_heading(channel, track)

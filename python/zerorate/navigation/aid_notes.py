@@ -1,4 +1,4 @@
-"""Sentences on the aids of a track: what the filter learned of them, and what it rejected."""
+"""Sentences on the aids of a track: estimated constants and rejected readings."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _MIN_REJECTED_S: Final = 1.0
 
 
 def describe_aids(nav: NavigationFilter, aids: Mapping[str, AidResults]) -> Iterator[str]:
-    """Yield sentences on the constants that a filter learned, and on rejected readings."""
+    """Yield sentences on the constants that a filter estimated, and on rejected readings."""
     if math.isfinite(nav.height_reference_sigma):
         reference = format_with_error(nav.height_reference, nav.height_reference_sigma)
         yield f"the barometer's height is {reference} m above that of the receiver"

@@ -87,7 +87,8 @@ class AidResults:
     verdict : ndarray of uint8, shape (k,)
         An index of `zerorate.navigation.VERDICTS`.
     nis : ndarray, shape (k,)
-        Normalised innovation squared, 1 on average, 3 of a baseline; NaN if refused.
+        Normalised innovation squared: 1 on average, 3 for a baseline; NaN if the reading is out of
+        sequence.
     taken : ndarray, shape (k,)
         Time of the sample after which each reading was processed, s; NaN after the last sample.
 
@@ -136,7 +137,7 @@ class AidRows:
         return cls(rows[np.argsort(rows[:, 1], kind="stable")])
 
     def results(self, outputs: dict[str, Any]) -> dict[str, AidResults]:
-        """Take the outputs of readings out of those of a filter, and return them by kind."""
+        """Remove the aids' results from a filter's outputs, and return them by kind."""
         verdict, nis, taken = (outputs.pop(f"aid_{name}") for name in ("verdict", "nis", "taken"))
         kinds = self.rows[:, 0].astype(int)
         found: dict[str, AidResults] = {}
@@ -179,7 +180,7 @@ def unpack_usable(bits: npt.NDArray[np.uint8]) -> Booleans:
 
 
 def judge_sigma(sigma: Floats, limits: dict[str, float]) -> Booleans:
-    """Return the mask of outputs of a smoothed track within their limits, shape (n, 5)."""
+    """Return the mask of smoothed outputs with a sigma within its limit, shape (n, 5)."""
     parts = (slice(0, 2), slice(2, 3), slice(3, 6), slice(6, 8), slice(8, 9))
     sizes = [np.sqrt((sigma[:, part] ** 2).sum(axis=1)) for part in parts]
     within: Booleans = np.column_stack(sizes) <= [limits[name] for name in OUTPUTS]

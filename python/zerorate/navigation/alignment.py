@@ -198,9 +198,10 @@ def _find_rest(imu: Recording, samples: Samples) -> tuple[float, float]:
 
 
 def _find_steady_span(samples: Samples, first: float, last: float) -> tuple[float, float]:
-    """Return the first long part of a rest with constant means of a second.
+    """Return the first long part of a rest in which one-second means are constant.
 
-    A car that moves off gently does not vary more than a noisy sensor, by which rests are found.
+    Rests are found by variance, and a car that starts gently has no more variance than a noisy
+    sensor.
     """
     time, width = samples.time, max(1, round(samples.log.rate))
     begin, end = np.searchsorted(time, [first, last])
@@ -262,14 +263,14 @@ def _check_force(force: Floats, first: float, last: float) -> None:
 
 
 def level_attitude(force: Floats, yaw: float) -> Floats:
-    """Return the orientation, w, x, y, z, of a body at rest with this mean force."""
+    """Return the orientation w, x, y, z of a body at rest from its mean specific force."""
     fx, fy, fz = (float(x) for x in force)
     roll, pitch = math.atan2(-fy, -fz), math.atan2(fx, math.hypot(fy, fz))
     return from_euler_angles(roll, pitch, yaw)
 
 
 def _sigma_of_mean(values: Floats, samples: Samples) -> float:
-    """Return the deviation of a mean, by those of seconds: noise of samples is not white."""
+    """Return the standard deviation of a mean, from one-second means: the noise is not white."""
     width = max(1, round(samples.log.rate))
     count = len(values) // width
     if count < 3:

@@ -30,7 +30,7 @@ class Axes:
     Parameters
     ----------
     body_from_sensor : ndarray, shape (3, 3)
-        Rotation from the sensor's axes to forward, right, down, as if they were right-handed.
+        Rotation from the sensor's axes, assumed right-handed, to forward, right, down.
     yaw : float
         Angle about down from the sensor's x axis to forward, rad.
     yaw_sigma : float
@@ -156,7 +156,7 @@ def _solve(rows: _ForceSamples) -> Floats | None:
 
 
 def _fit_coefficients(rows: _ForceSamples) -> tuple[Floats, _ForceSamples] | None:
-    """Return them with weights that outliers have lost (Huber)."""
+    """Return coefficients and samples with Huber's weights, lower for outliers."""
     own = rows
     for _ in range(5):
         solution = _solve(own)
@@ -171,7 +171,7 @@ def _fit_coefficients(rows: _ForceSamples) -> tuple[Floats, _ForceSamples] | Non
 
 
 def _level_axes(down: Floats) -> tuple[Floats, Floats]:
-    """Return level axes: the first is the sensor's x where it is level, the second right of it."""
+    """Return two level axes: the levelled x (y if x is vertical), and the axis to its right."""
     x = np.eye(3)[0 if abs(down[0]) < 0.9 else 1]
     first = x - (x @ down) * down
     first /= np.linalg.norm(first)

@@ -310,7 +310,7 @@ class _Arm:
 
     @classmethod
     def found(cls, clock: TimeOffset) -> _Arm:
-        """Return that which was found with a clock."""
+        """Return the antenna's position that was estimated together with a clock."""
         place, sigma = np.array(clock.antenna), np.array(clock.antenna_sigma)
         fitted = ", ".join(map(format_with_error, place, sigma))
         note = f"the antenna is {fitted} m forward, right and down of the sensors, from the fixes"
@@ -378,12 +378,12 @@ class _Search:
         return self._find_start(clock), clock, clock, sentence
 
     def _takes_arm(self, clock: TimeOffset) -> bool:
-        """Return True if clock and antenna were found, and either was not stated."""
+        """Return True if the antenna was found with the clock, and neither was stated."""
         free = self.vehicle.antenna_sigma > _STATED_SIGMA_M and "antenna_sigma" not in self.options
         return free and clock.antenna is not None and self.vehicle.offset_source != "argument"
 
     def arm(self, clock: TimeOffset | None, offset: float | TimeOffset) -> _Arm:
-        """Return the antenna's position, as found with the clock that is used, or as stated."""
+        """Return the antenna's position: estimated with the clock in use, or else as stated."""
         if clock is not None and clock is offset and self._takes_arm(clock):
             return _Arm.found(clock)
         vehicle = self.vehicle
@@ -408,7 +408,7 @@ class _Search:
         )
 
     def _find_clock(self, start: Alignment, initial_offset: float) -> TimeOffset | None:
-        """Return the clock of the fixes, None where it is not identifiable."""
+        """Return the clock offset of the fixes; None if it is not identifiable."""
         options = self._options_with_antenna()
         options.pop("gate", None)
         options.pop("adapt", None)
@@ -426,7 +426,7 @@ class _Search:
         return offset if offset.identifiable else None
 
     def find_noise(self, start: Alignment, offset: float | TimeOffset, arm: _Arm) -> FoundNoise:
-        """Return the process noise by coasting, which a stated antenna's error hardly moves."""
+        """Return the process noise from coasting; a stated antenna's small error is neglected."""
         options = {**self._options_with_antenna(), "antenna": arm.place}
         spread = 0.0 if arm.is_found else options["antenna_sigma"]
         options["antenna_sigma"] = spread if spread > _STATED_SIGMA_M else 0.0
@@ -439,7 +439,7 @@ class _Search:
         return {**known, **self.options}
 
     def _options_at(self, offset: float | TimeOffset) -> dict[str, Any]:
-        """Return the same, with the antenna that was found with a clock."""
+        """Return the filter's options, with the antenna that was found with the clock, if any."""
         options = self._options_with_antenna()
         if isinstance(offset, TimeOffset) and self._takes_arm(offset):
             options["antenna"] = np.array(offset.antenna)

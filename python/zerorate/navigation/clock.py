@@ -164,7 +164,7 @@ def find_time_offset(
 
 
 def _thin_fixes(fixes: Fixes) -> Fixes:
-    """Return two fixes a second at most: the errors of more are not new, and each costs time."""
+    """Return at most two fixes per second: errors of denser fixes are correlated."""
     if len(fixes) < 2:
         return fixes
     every = round(0.5 / float(np.median(np.diff(fixes.time))))
@@ -173,9 +173,10 @@ def _thin_fixes(fixes: Fixes) -> Fixes:
 
 @dataclass(frozen=True, eq=False)
 class _Prior:
-    """Prior: numbers, their standard deviations, and the mask of those that are searched.
+    """Prior of the search: values, standard deviations, and the mask of searched parameters.
 
-    Offsets of positions and velocities, s, their rate, the antenna's place, m.
+    The parameters are the offsets of positions and velocities, s, their common rate, and the
+    antenna's position, m.
     """
 
     theta: Floats
@@ -191,7 +192,7 @@ class _Prior:
         return cls(theta, sigma, np.flatnonzero(free))
 
     def away(self, theta: Floats) -> Floats:
-        """Return the distance of the searched numbers from the prior, in standard deviations."""
+        """Return the searched parameters' distance from the prior, in standard deviations."""
         away: Floats = (theta - self.theta) / np.where(self.sigma > 0.0, self.sigma, 1.0)
         return away[self.free]
 
@@ -210,7 +211,7 @@ class _Receiver:
 
     @property
     def speed(self) -> Floats:
-        """Speed at some times, m/s, 0 where it is not known to differ from that of rest."""
+        """Speed at the fixes, m/s; 0 where it does not differ significantly from zero."""
         if self.has_velocities:
             epochs = Epochs.of(self.gnss)
             speed, sigma = epochs.speed, epochs.sigma
@@ -237,7 +238,7 @@ class _Innovations:
 
 @dataclass(eq=False)
 class _Search:
-    """Runs of a filter with fixes at other times, and an antenna at another place."""
+    """Runs of a filter with shifted fixes and another antenna position."""
 
     samples: Increments
     receiver: _Receiver
@@ -259,7 +260,7 @@ class _Search:
         return self.receiver.gnss
 
     def first_minutes(self) -> _Search:
-        """Return a search of the first minutes alone."""
+        """Return a search that uses the first minutes only."""
         fixes, whole, stop = self.gnss, self.samples, 0.0
         if len(fixes):
             fixes = fixes.between(stop=fixes.time[0] + _FIRST_GUESS_S)
@@ -270,14 +271,14 @@ class _Search:
         return _Search(steps, receiver, self.start, self.options, self.prior, self.pool)
 
     def fix_times(self, theta: Floats) -> tuple[Floats, Floats]:
-        """Return those of positions and of velocities with their offsets and the rate of both."""
+        """Return the times of positions and of velocities, with their offsets and rate applied."""
         drift = theta[RATE] * (self.gnss.time - self.middle)
         velocity = self.gnss.velocity_time
         velocity = self.gnss.time if velocity is None else velocity
         return self.gnss.time + theta[0] + drift, velocity + theta[1] + drift
 
     def position_lag(self, theta: Floats) -> float:
-        """Return the delay of positions behind the velocities nearest to them, s."""
+        """Return the median delay of positions after their nearest velocities, s."""
         position, velocity = self.fix_times(theta)
         velocity = np.sort(velocity)
         after = np.searchsorted(velocity, position).clip(1, max(1, len(velocity) - 1))
@@ -286,7 +287,7 @@ class _Search:
         return float(np.median(position - nearest))
 
     def run(self, theta: Floats) -> _Innovations:
-        """Return the innovations with offsets of positions and velocities, a rate, an antenna."""
+        """Return the innovations with these offsets, this rate and this antenna position."""
         events = Events.apart(self.rows, *self.fix_times(theta))
         if not self.receiver.has_velocities:
             only = events.rows[events.position]
@@ -316,7 +317,7 @@ class _Search:
         return offset
 
     def descend(self, theta: Floats) -> TimeOffset:
-        """Return the offset that steps from some numbers lead to."""
+        """Return the offset that steps from these start values converge to."""
         now, slopes = self.run(theta), None
         for _ in range(_MAX_ITERATIONS):
             slopes = self.slopes(theta, now) if slopes is None else slopes
@@ -339,7 +340,7 @@ class _Search:
         return self.estimate(theta, now, equations)
 
     def drop_outliers(self, outliers: Booleans) -> _Search:
-        """Return a search without some positions and velocities, shape (m, 2)."""
+        """Return a search without the masked positions and velocities, shape (m, 2)."""
         search = replace(self, outlier_passes=self.outlier_passes + 1)
         search.rows = self.rows.copy()
         for k, part in enumerate((slice(1, 4), slice(4, 7))):
@@ -347,7 +348,7 @@ class _Search:
         return search
 
     def scan(self) -> Floats | None:
-        """Return the best of both offsets together."""
+        """Return the best common offset of positions and velocities."""
         candidates = [self.prior.theta + x * OFFSETS for x in _SCAN_OFFSETS_S]
         runs = list(self.pool.map(self.run, candidates))
         if not any(run.used.any() for run in runs):
@@ -362,12 +363,12 @@ class _Search:
         return candidates[int(np.argmin(costs))]
 
     def equations(self, theta: Floats, now: _Innovations, slopes: Slopes) -> ClockEquations:
-        """Return the normal equations at some numbers."""
+        """Return the normal equations at these parameters."""
         weights, prior = Weights.of(now.scalars, self.gnss.time), self.prior
         return ClockEquations.of(weights, slopes, prior.free, prior.sigma, prior.away(theta))
 
     def slopes(self, theta: Floats, now: _Innovations) -> Slopes:
-        """Return the derivatives of the innovations by each number, forward and backward."""
+        """Return the innovations' derivatives by each parameter, forward and backward."""
         h, unit, has_both = _DIFFERENCE_STEPS, np.eye(SIZE), self.receiver.has_velocities
         moves = [(k, sign * unit[k]) for k in self.prior.free.tolist() for sign in (1.0, -1.0)]
         lag = self.position_lag(theta) if has_both else math.inf
@@ -397,7 +398,7 @@ class _Search:
     def search_line(
         self, theta: Floats, step: Floats, now: _Innovations, weights: Weights
     ) -> tuple[Floats, _Innovations]:
-        """Return numbers and innovations after a step, halved while the cost rises."""
+        """Return parameters and innovations after a step, which is halved while the cost rises."""
         before = float((self.prior.away(theta) ** 2).sum())
         for _ in range(5):
             moved = theta - step
@@ -411,7 +412,7 @@ class _Search:
         return theta, now
 
     def estimate(self, theta: Floats, now: _Innovations, equations: ClockEquations) -> TimeOffset:
-        """Return the numbers with their standard deviations, without a rate that is not sure."""
+        """Return the parameters and standard deviations, without an insignificant rate."""
         nis = float(np.nanmean(np.minimum(now.scalars**2, _MAX_NIS)))
         unknown = TimeOffset(math.nan, math.inf, nis=nis)
         sigma, remaining = equations.sigmas(), equations.remaining()
@@ -444,7 +445,7 @@ class _Search:
         return replace(offset, antenna=tuple(antenna[0]), antenna_sigma=tuple(antenna[1]))
 
     def doubt(self) -> float:
-        """Return the factor on standard deviations that are too small on simulations."""
+        """Return the factor on standard deviations that simulations show to be too small."""
         receiver = self.receiver
         moving = receiver.speed[receiver.speed > 0.0]
         slow = moving.size > 0 and float(np.median(moving)) < _SLOW_SPEED_M_S
@@ -456,7 +457,7 @@ class _Search:
 
 
 def _shorten(step: Floats) -> Floats:
-    """Return a step within its limits: the antenna's height hangs on no other number, these do."""
+    """Return a step within its limits: all but the antenna's height are shortened by one factor."""
     within = np.clip(step, -_MAX_STEPS, _MAX_STEPS)
     others = slice(0, SIZE - 1)
     ratio = _MAX_STEPS[others] / np.maximum(np.abs(step[others]), 1e-12)
@@ -467,8 +468,9 @@ def _shorten(step: Floats) -> Floats:
 def _find_outliers(run: _Innovations, limit: float) -> Booleans:
     """Return the mask of outliers among positions and velocities, shape (m, 2).
 
-    A wrong fix stands alone: what comes after one that a filter's own error makes large is large
-    to the same side. One in ten at most: more are a filter that fits them badly.
+    A wrong fix is isolated. If the filter's own error makes an innovation large, the next
+    innovation is large too, with the same sign. If more than one fix in ten would be an outlier,
+    the filter is wrong and no fix is left out.
     """
     parts = run.unmasked.reshape(-1, 2, 3)
     outliers = np.zeros(parts.shape[:2], dtype=np.bool_)

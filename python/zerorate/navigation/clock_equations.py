@@ -25,7 +25,7 @@ _MIN_BLOCKS: Final = 3
 
 @dataclass(frozen=True, eq=False)
 class Slopes:
-    """Derivatives of m innovations by k parameters, forward and backward, shape (m, 6, k).
+    """Forward and backward derivatives of m innovations by k parameters, shape (m, 6, k).
 
     The noises of forward and backward derivatives are independent, so their product has no bias.
     """
@@ -95,7 +95,7 @@ class ClockEquations:
         return cls(weights, free, unit, away, normal, 0.5 * (product + product.T), right)
 
     def without_rate(self, rate: float) -> ClockEquations:
-        """Return the equations of the other parameters, for a clock without rate."""
+        """Return the equations without the rate of the clock."""
         here = self.free == RATE
         others = np.flatnonzero(~here)
         back = self.normal[:, here][others, 0] * (rate / self.unit[here][0]) if here.any() else 0.0
@@ -107,13 +107,13 @@ class ClockEquations:
         )  # fmt: skip
 
     def solve(self) -> Floats | None:
-        """Return the step from all blocks, shape (6,); None if it is not determined."""
+        """Return the step from the sum of all blocks, shape (6,); None if it is not determined."""
         if len(self.right) < _MIN_BLOCKS:
             return None
         return self._in_units(np.asarray(np.linalg.solve(self._prior + self.normal, self._total)))
 
     def remaining(self) -> Floats | None:
-        """Return the step from the curvature, which the slopes' noise does not shorten."""
+        """Return the step from the curvature; the noise of the slopes does not shorten it."""
         if len(self.right) < _MIN_BLOCKS:
             return None
         return self._in_units(np.asarray(np.linalg.solve(self._information, self._total)))
@@ -140,7 +140,7 @@ class ClockEquations:
 
     @property
     def _information(self) -> Floats:
-        """Curvature, not below 0 in any direction, with the prior."""
+        """Curvature plus prior, made positive semidefinite."""
         values, vectors = np.linalg.eigh(self.curvature)
         information: Floats = (vectors * np.maximum(values, 0.0)) @ vectors.T + self._prior
         return information

@@ -144,7 +144,7 @@ def find_start(
 
 
 def _select_fixes(imu: Recording, samples: Samples, fixes: Fixes, source: str) -> Fixes:
-    """Return the fixes that the samples overlap, with a position."""
+    """Return the fixes with a position within the time of the samples."""
     present = np.isfinite(fixes.position[:, :2].sum(axis=1))
     time = samples.time
     inside = fixes.chosen(present).between(float(time[0]), float(time[-1]))
@@ -169,7 +169,7 @@ def _latitude(fixes: Fixes) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _ReceiverMotion:
-    """Times at which a receiver stands, and at which it surely moves."""
+    """Times at which a receiver stands, and times at which it certainly moves."""
 
     fixes: Fixes
     departure: float
@@ -216,12 +216,12 @@ def _motion_starts(time: Floats, moving: Booleans) -> Iterator[float]:
 
 
 def begins_in_motion(start: Alignment) -> bool:
-    """Return True if a start has no rest to find the gyro's bias."""
+    """Return True if the start has no rest from which to find the gyro's bias."""
     return start.gyro_bias_sigma >= _GYRO_BIAS_SIGMAS_RAD_S[1]
 
 
 def _find_rest(samples: Samples, motion: _ReceiverMotion) -> tuple[float, float] | None:
-    """Return the longest rest before the receiver leaves, from and to when, s."""
+    """Return start and end of the longest rest before the receiver moves, s."""
     stop = motion.departure
     fixes = motion.fixes
     start = max(float(fixes.time[0]), float(samples.time[0]), stop - _MAX_REST_SEARCH_S)

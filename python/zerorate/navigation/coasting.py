@@ -118,7 +118,7 @@ class FoundNoise:
 
     @property
     def white_models(self) -> dict[str, Any]:
-        """The same without the vibration, which samples of another rate do not have."""
+        """Noise models without the vibration, which does not apply at another sampling rate."""
         models = {"gyro": self.gyro, "accel": self.accel}
         return {name: model for name, model in models.items() if model is not None}
 
@@ -175,7 +175,7 @@ def find_noise(
     Returns
     -------
     FoundNoise
-        Models for `NavigationFilter`; the stated models if no others are better.
+        Models for `NavigationFilter`; the given models if no other noise is better.
 
     Raises
     ------
@@ -189,8 +189,8 @@ def find_noise(
     (Student's with eight degrees of freedom), each with a pass of the whole filter. If errors after
     5 and 10 s still exceed their standard deviation, the white noise is raised by this ratio.
 
-    A gyro that vibrates faster than it is sampled is noisier while it does. A share of the change
-    from sample to sample, as noise of each axis, is found if it makes the errors more likely.
+    Vibration faster than the sampling adds noise to the gyro. It is modelled as a share of each
+    axis' change from sample to sample, if this share increases the likelihood of the errors.
 
     Examples
     --------
@@ -219,8 +219,8 @@ def find_noise(
 class _Probe:
     """A fix with which a coasting filter is compared.
 
-    `kind` is 0 for a position and 1 for a velocity, `length` the index of the seconds coasted,
-    `sample` the first sample not before it.
+    `kind` is 0 for a position and 1 for a velocity, `length` the index of the coasting time, and
+    `sample` the first sample at or after the fix.
     """
 
     kind: int
@@ -231,7 +231,7 @@ class _Probe:
 
 @dataclass(frozen=True)
 class _Window:
-    """Samples from which on a filter coasts, and the fixes it is compared with, in time order."""
+    """Sample at which a filter begins to coast, and the fixes to compare it with, in time order."""
 
     sample: int
     probes: tuple[_Probe, ...]
@@ -239,7 +239,7 @@ class _Window:
 
 @dataclass(frozen=True, eq=False)
 class _Errors:
-    """Errors of coasting: of B blocks kind, length, squares over variance, and log determinant."""
+    """Coasting errors of B blocks: kind, length, squares over variance, and log determinant."""
 
     blocks: Floats
     rejected_share: float
@@ -255,7 +255,7 @@ class _Errors:
         return float(-0.5 * (log_det + student).mean())
 
     def ratios(self) -> Floats:
-        """Return the RMS of position errors over sigma after each length."""
+        """Return the RMS ratio of position error to standard deviation after each coasting time."""
         kind, length, nis = self.blocks[:, 0], self.blocks[:, 1], self.blocks[:, 2]
         own = [nis[(kind == 0) & (length == k)] for k in range(len(COAST_S))]
         return np.array([math.sqrt(0.5 * x.mean()) if len(x) else math.nan for x in own])
@@ -263,7 +263,7 @@ class _Errors:
 
 @dataclass(eq=False)
 class _Coasting:
-    """Runs of a filter with some noise, and copies of it that coast."""
+    """Runs of a filter with a given noise, and of copies that coast."""
 
     samples: Increments
     fixes: Fixes
@@ -281,11 +281,11 @@ class _Coasting:
 
     @cached_property
     def windows(self) -> list[_Window]:
-        """Windows of coasting, the same for every noise."""
+        """Coasting windows, the same for every noise."""
         return list(self._plan(Events.of(self.fixes)))
 
     def noise(self, theta: Floats) -> dict[str, Noise]:
-        """Return the models with logarithms of factors on their squares."""
+        """Return the models scaled by these log factors on their squares."""
         white = dict(zip(_USUAL, np.exp(0.5 * theta[:2]).tolist(), strict=True))
         walk = math.exp(0.5 * theta[2])
         return {
@@ -299,14 +299,14 @@ class _Coasting:
         return NavigationFilter(self.start, **options)
 
     def run(self, theta: Floats) -> _Errors:
-        """Return the errors of coasting with some noise."""
+        """Return the coasting errors with a given noise."""
         key = tuple(np.round(theta, 9).tolist())
         if key not in self._memo:
             self._memo[key] = self._run(theta)
         return self._memo[key]
 
     def score(self, theta: Floats) -> float:
-        """Return the log likelihood of some noise, with its prior; -inf if it compares too few."""
+        """Return the log likelihood of a noise, with its prior; -inf with too few fixes."""
         count = self.run(np.zeros(4)).count
         errors = self.run(theta)
         if errors.count < max(1.0, _MIN_BLOCK_SHARE * count):
@@ -343,7 +343,7 @@ class _Coasting:
                 yield probe.kind, probe.length, nis, 2.0 * float(np.log(sigma).sum())
 
     def _advance(self, nav: NavigationFilter, first: int, stop: int, *, fixes: bool) -> None:
-        """Give a filter samples from `first` to before `stop`, with the fixes due or without."""
+        """Process the samples from `first` to before `stop`, with or without their fixes."""
         if stop <= first:
             return
         samples, rows = self.samples, self.events[:0]
@@ -354,7 +354,7 @@ class _Coasting:
         nav.process_arrays(samples.time[own], samples.gyro[own], samples.accel[own], rows)
 
     def _plan(self, events: Events) -> Iterator[_Window]:
-        """Yield the windows, the same for every noise: fixes that the gate rejects are left out."""
+        """Yield the coasting windows, without fixes that the gate rejects."""
         samples = self.samples
         output, _ = self.filter(np.zeros(4)).process_arrays(
             samples.time, samples.gyro, samples.accel, self.events
@@ -399,7 +399,7 @@ def _gate(options: dict[str, Any]) -> float:
 
 
 def _single(rows: Floats, time: Floats, good: Floats, kind: int) -> Floats:
-    """Return rows with positions or velocities alone, of fixes that are good, in time order."""
+    """Return the rows of good fixes with positions only or velocities only, in time order."""
     own = rows.copy()
     own[:, 0] = time
     own[:, 4:7] = np.nan if kind == 0 else own[:, 4:7]
@@ -426,7 +426,7 @@ def _scale_axis(sensor: str, model: NoiseModel | None, white: float, walk: float
 
 
 def _search(coasting: _Coasting, every: _Coasting | None, is_assumed: bool) -> FoundNoise:
-    """Return white noise and walks that fit best, then with the vibration of every sample."""
+    """Return the factors with the best fit: white noise and walks first, then the vibration."""
     theta = np.zeros(4)
     first = coasting.run(theta)
     kept = FoundNoise(
@@ -465,10 +465,10 @@ def _search(coasting: _Coasting, every: _Coasting | None, is_assumed: bool) -> F
 
 
 def _find_vibration(every: _Coasting, theta: Floats, is_assumed: bool) -> Floats:
-    """Return the logarithms with a vibration, instead of some or all of the gyro's larger noise.
+    """Return the log factors with a vibration that replaces some or all added gyro noise.
 
-    The gyro's noise is not lowered: coasts of ten seconds tell that of the axes which vibrate, and
-    hardly any about down.
+    The gyro's noise is not lowered below its start value: ten seconds of coasting show the noise of
+    the vibrating axes, but hardly the noise about down.
     """
     up, down = _UP.copy(), _DOWN.copy()
     up[3] = down[3] = _VIBRATION
@@ -489,9 +489,10 @@ def _vibration(theta: Floats) -> float:
 
 
 def _level(coasting: _Coasting, theta: Floats) -> Floats:
-    """Return the logarithms with white noise raised to the RMS of the longer coasts' errors.
+    """Return the log factors with white noise raised to the RMS of the longer coasts' errors.
 
-    A likelihood with heavy tails leaves these out of its standard deviation, which is to hold them.
+    A heavy-tailed likelihood gives large errors little weight, but the standard deviation must
+    include them.
     """
     level = float(np.nanmean(coasting.run(theta).ratios()[1:] ** 2))
     if not level > 1.0:
@@ -504,7 +505,7 @@ def _level(coasting: _Coasting, theta: Floats) -> Floats:
 def _climb(
     coasting: _Coasting, theta: Floats, ranges: Floats, steps: Sequence[float] = _STEPS_LOG
 ) -> Floats:
-    """Return the logarithms at the top of the likelihood, by steps along one at a time."""
+    """Return the log factors that maximise the likelihood, by steps along one axis at a time."""
     best = coasting.score(theta)
     for step in steps:
         moved = True

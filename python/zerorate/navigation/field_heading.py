@@ -58,16 +58,16 @@ def find_field_heading(recording: Recording, fixes: Fixes, track: Track) -> Fiel
     recording : Recording
         Recording in the axes of the body, with gyro, accelerometer and magnetometer.
     fixes : Fixes
-        Fixes of the receiver, whose place gives the declination.
+        Fixes of the receiver; their position gives the declination.
     track : Track
-        Track without this magnetometer, whose roll and pitch level the field.
+        Track without this magnetometer; its roll and pitch level the field.
 
     Notes
     -----
-    Hard and soft iron are those of `zerorate.calibrate_magnetometer`. Headings are left out where
-    it finds the field disturbed. Elsewhere the standard deviation combines that of the calibration,
-    the residual of the field in this second, and the difference of its size and vertical part from
-    their medians; it is raised because such errors persist for ten seconds.
+    Hard and soft iron are those of `zerorate.calibrate_magnetometer`. Headings in a disturbed field
+    are left out. Elsewhere the standard deviation combines that of the calibration, the residual of
+    the field in this second, and the difference of its size and vertical part from their medians;
+    it is raised because such errors persist for ten seconds.
     """
     try:
         calibration = calibrate_magnetometer(recording)
@@ -121,7 +121,7 @@ def _level(
 
 
 def _turn_level(values: Floats, track: Track, at: np.ndarray, samples: Samples) -> Floats:
-    """Return fields in axes that are level, x forward."""
+    """Return the fields in level axes, x forward."""
     angles = euler_angles(track.quaternion[at])
     unknown = ~track.navigating[at]
     if unknown.any():
@@ -134,7 +134,7 @@ def _turn_level(values: Floats, track: Track, at: np.ndarray, samples: Samples) 
 
 
 def _smooth(values: Floats, width: int) -> Floats:
-    """Return centred means over a width, NaN counted as the median."""
+    """Return centred moving means; NaN is replaced by the median."""
     filled = np.where(np.isfinite(values), values, np.nanmedian(values, axis=0))
     sums = np.concatenate([np.zeros((1, 3)), np.cumsum(filled, axis=0)])
     n = len(values)
@@ -147,7 +147,7 @@ def _smooth(values: Floats, width: int) -> Floats:
 def _find_sigma(
     calibration: MagnetometerCalibration, level: Floats, heading: Floats, time: Floats
 ) -> tuple[Floats, np.ndarray]:
-    """Return the persisting error of each heading, rad, and which are kept."""
+    """Return the persistent error of each heading, rad, and the mask of kept headings."""
     horizontal = np.hypot(*level[:, :2].T)
     size = np.linalg.norm(level, axis=1)
     typical, down = float(np.median(size)), float(np.median(level[:, 2]))

@@ -114,10 +114,10 @@ def find_heading(
 
 
 def _inflate_for_clock(fixes: Fixes) -> Fixes:
-    """Return fixes with the deviations that they have where their clock is off.
+    """Return fixes with standard deviations that include a clock error.
 
-    A position that is a tenth of a second late is off by what the body moves in it: a fine receiver
-    would have the bank decide by its clock.
+    A position with a clock error of 0.1 s is wrong by the motion in 0.1 s. With the small standard
+    deviations of a precise receiver, this error would decide the bank.
     """
     epochs = Epochs.of(fixes)
     if len(epochs.time) < 3:
@@ -186,7 +186,7 @@ def _run_member(
 
 
 def turn_to_heading(quaternion: Floats, yaw: float) -> Floats:
-    """Return an orientation of heading zero, rotated to a heading."""
+    """Return an orientation of heading zero, rotated to this heading."""
     return product(about_z(yaw), quaternion)
 
 
@@ -215,10 +215,11 @@ def _integrate_yaw(samples: Samples, start: Alignment, piece: slice) -> Floats:
 def _fit_course(
     time: Floats, yaw_change: Floats, fixes: Fixes
 ) -> tuple[float, float, float] | None:
-    """Return heading and deviation at the first fix of a body that moves along its course.
+    """Return the heading at the first fix, its standard deviation and the time of the decision.
 
-    The third number is when that is known. Chords of a second are turned back by the gyro and
-    summed: what does not move forward, or has its axes elsewhere, has chords that go apart.
+    The body must move along its course. Displacements over a second are rotated back by the gyro's
+    angle and summed. If the body does not move forward, or its axes are wrong, their directions
+    differ.
     """
     present = np.isfinite(fixes.position[:, :2].sum(axis=1))
     used = fixes.chosen(present)
@@ -247,7 +248,7 @@ def _fit_course(
 
 
 def _select_chords(k: int, step: int, ends: Floats) -> Integers:
-    """Return the chords that do not overlap, from the k-th back to ten seconds before."""
+    """Return the displacements that do not overlap, from the k-th back to ten seconds before it."""
     indices = np.arange(k, -1, -step)
     recent: Integers = indices[ends[k] - ends[indices] <= _CHORD_WINDOW_S]
     return recent

@@ -37,7 +37,7 @@ class Increments:
     def for_filter(
         cls, samples: Samples, options: dict[str, Any], rate: float = _RATE_HZ
     ) -> tuple[Increments, dict[str, Any]]:
-        """Return increments of samples, and options of a filter that takes them."""
+        """Return increments of samples, and the options of a filter that processes them."""
         if options.get("kind", "rate") == "rate":
             return cls.of(samples, rate), {**options, "kind": "increment"}
         return cls(samples.time, samples.gyro, samples.accel), options

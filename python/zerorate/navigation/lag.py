@@ -189,7 +189,7 @@ class _ScoreGrid:
 
     @classmethod
     def of(cls, rotation: RotationAngle, windows: Windows, peak_width: float) -> _ScoreGrid | None:
-        """Return the scores by sums over the overlap, all at once by Fourier transforms."""
+        """Return the scores of all lags, from sums over the overlap by Fourier transforms."""
         w = course_weights(windows)
         known = w > 0.0
         if known.sum() < _MIN_WINDOWS:
@@ -235,7 +235,7 @@ class _ScoreGrid:
         return cls(lags, scores[order], peak_width)
 
     def find_best(self, reach: float) -> tuple[float, float] | None:
-        """Return the best lag within a reach, and its lead over those not next to it."""
+        """Return the best lag within a reach, and its score's ratio to the next separate peak."""
         near = np.abs(self.lags) <= reach
         if not near.any():
             return None
@@ -245,7 +245,7 @@ class _ScoreGrid:
         return float(self.lags[k]), self.peak_ratio(float(self.lags[k]), reach)
 
     def peak_ratio(self, lag: float, reach: float = np.inf) -> float:
-        """Return the lead of a lag over all within a reach that are not next to it."""
+        """Return the ratio of a lag's score to the best score elsewhere within a reach."""
         elsewhere = (np.abs(self.lags) <= reach) & (np.abs(self.lags - lag) > self.peak_width)
         second = float(self.scores[elsewhere].max()) if elsewhere.any() else 0.0
         own = float(self.scores[int(np.argmin(np.abs(self.lags - lag)))])

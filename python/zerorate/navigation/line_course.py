@@ -139,7 +139,7 @@ def _widths(fixes: Fixes) -> Iterator[float]:
 
 
 def _turns(lines: LineVelocities) -> tuple[Windows, Floats]:
-    """Return the change of course from each line to the one a width later."""
+    """Return the change of course from each line to the line one width later."""
     v, sigma, time = lines.velocity, lines.sigma, lines.time
     speed = np.maximum(np.hypot(*v.T), 1e-9)
     course, spread = np.arctan2(v[:, 1], v[:, 0]), sigma / speed
@@ -158,7 +158,7 @@ def _turns(lines: LineVelocities) -> tuple[Windows, Floats]:
 
 
 def _smooth(rotation: RotationAngle, width: float) -> RotationAngle:
-    """Return the angle as lines through a track have its course: by a parabola's weights."""
+    """Return the angle smoothed with a parabola's weights, as line fits smooth the course."""
     first, last = rotation.time[0], rotation.time[-1]
     grid = np.arange(first, last, _SMOOTHING_STEP_S)
     half = round(0.5 * width / _SMOOTHING_STEP_S)

@@ -115,7 +115,7 @@ class OutageErrors:
         return math.sqrt(0.5 * float(np.mean(self._end_squares())))
 
     def share_inside(self) -> float:
-        """Return the share of ends in the ellipse of the figure, 95 % if sigma is right."""
+        """Return the share of end errors inside the figure's ellipse; 95 % if sigma is right."""
         return float(np.mean(self._end_squares() < ELLIPSE_SIGMAS**2))
 
     def _end_squares(self) -> Floats:
@@ -247,8 +247,8 @@ def outages(
     Notes
     -----
     If a receiver reports no velocity, the held velocity comes from the last two positions. Errors
-    are computed at the antenna, interpolated between samples. Errors of the filter that are smaller
-    than the errors of the fixes cannot be seen.
+    are computed at the antenna, interpolated between samples. Filter errors smaller than the errors
+    of the fixes cannot be measured.
 
     Examples
     --------
@@ -407,9 +407,9 @@ def _check_not_negative(name: str, value: float) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _WithheldFixes:
-    """Indices of fixes that are withheld, of the last before each outage, and of each outage.
+    """Withheld fixes: their indices, their outages, and the last fix before each outage.
 
-    `smoothable` says after which outages two fixes are there: the filter believes none alone.
+    `smoothable` is True for outages that two fixes follow: the filter does not trust a single fix.
     """
 
     fixes: Integers
@@ -427,7 +427,7 @@ class _WithheldFixes:
 
 @dataclass(frozen=True, eq=False)
 class _FixSpan:
-    """Fixes on the clock of a track, and from which time to which they can be withheld."""
+    """Fixes on the clock of a track, and the span in which they can be withheld."""
 
     gnss: Fixes
     begin: float
@@ -498,7 +498,7 @@ def _compute_errors(
     lever: Floats,
     notes: list[str],
 ) -> OutageErrors:
-    """Return the errors at the fixes withheld, and at the end of each outage."""
+    """Return the errors at the withheld fixes, and at the end of each outage."""
     chosen, before = withheld.fixes, withheld.before[withheld.outage]
     time, truth = gnss.time[chosen], gnss.position[chosen]
     since = (time - gnss.time[before])[:, np.newaxis]
@@ -541,7 +541,7 @@ def _compute_errors(
 
 
 def _displacement(start: Floats, stop: Floats) -> Floats:
-    """Return metres north and east from places to others; heights may be missing."""
+    """Return displacements north and east between positions, m; heights may be missing."""
     from zerorate.geometry.earth import local_ned
 
     level = start.copy()
@@ -550,7 +550,7 @@ def _displacement(start: Floats, stop: Floats) -> Floats:
 
 
 def _held_velocity(gnss: Fixes, before: Integers, notes: list[str]) -> Floats:
-    """Return the velocity north and east that is known at fixes."""
+    """Return the velocity north and east at fixes, held in outages."""
     velocity = np.full((len(before), 2), np.nan)
     if gnss.velocity is not None:
         velocity = gnss.velocity[before, :2].copy()

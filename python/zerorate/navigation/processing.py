@@ -1,4 +1,4 @@
-"""A whole recording through the navigation filter."""
+"""Processing of a whole recording by the navigation filter."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def processed(
 ) -> Track:
     """Do the work of ``NavigationFilter.process``; with `keep` the track can be smoothed.
 
-    `known` holds the mask of rest, the speeds of the wheels and the readings of aids.
+    `known` contains the mask of rest, the wheel speeds and the readings of aids.
     """
     rest, speed, aids = known
     samples = Samples.of(imu, mag=False, what="navigation")

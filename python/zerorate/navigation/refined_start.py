@@ -27,7 +27,7 @@ _SIGMA_FACTOR: Final = 3.0
 def refine_attitude(
     samples: Samples, fixes: Fixes, start: Alignment, options: Mapping[str, Any]
 ) -> Alignment:
-    """Correct roll, pitch and heading of a start by smoothing its first minute, until it settles.
+    """Correct roll, pitch and heading of a start by smoothing the first minute until they converge.
 
     A filter that begins with an attitude error of tens of degrees mistakes it for biases, and is
     soon too certain of these. An iterated smoother corrects the attitude from the first minute (B.

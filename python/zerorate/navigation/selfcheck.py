@@ -112,7 +112,7 @@ class NavigationChecks:
         return tuple(finding for finding in self.findings if finding.status == "mistake")
 
     def __str__(self) -> str:
-        """Return a line a finding."""
+        """Return one line per finding."""
         lines = [f"{finding.what}: {finding.text}" for finding in self.findings]
         return "\n".join(lines) or "sensors and fixes agree"
 
@@ -221,7 +221,7 @@ class _CheckState:
         return [(rotation, windows)], find_lag(rotation, windows), float(turned)
 
     def windows(self, positions: bool = False) -> Windows:
-        """Return the windows of the fixes as they are by now."""
+        """Return the windows of the fixes in their current state."""
         between = Epochs.between_positions if positions else Epochs.of
         return Windows.of(between(self.fixes))
 
@@ -254,7 +254,7 @@ def _check_frozen(work: _CheckState) -> _Findings:
 
 
 def _check_velocities(work: _CheckState) -> _Findings:
-    """Positions on velocities: units, exchanged columns, the sign of the vertical."""
+    """Check positions against velocities: units, exchanged columns, sign of the vertical."""
     epochs = Epochs.of(work.fixes)
     velocities = _mean_velocities(work.fixes, epochs) if epochs.is_reported else None
     if velocities is None:
@@ -331,7 +331,7 @@ def _mean_velocities(fixes: Fixes, epochs: Epochs) -> tuple[Floats, Floats] | No
 
 
 def _regress(y: Floats, x: Floats) -> tuple[Floats, Floats]:
-    """Return slopes and correlations of columns on columns, outliers left out."""
+    """Return slopes and correlations between two sets of columns, without outliers."""
     size = np.linalg.norm(y, axis=1)
     inliers = size <= 5.0 * np.percentile(size, 90) + 1e-9
     y, x = y[inliers] - y[inliers].mean(axis=0), x[inliers] - x[inliers].mean(axis=0)
@@ -396,7 +396,7 @@ def _check_gyro(work: _CheckState) -> _Findings:
 
 
 def _check_swap(work: _CheckState) -> _Findings:
-    """Yield the sensor that is exchanged, velocity or position: the other one turns as the gyro."""
+    """Yield a finding if north and east are exchanged, in positions or in velocities."""
     if not work.is_swapped:
         return
     lag = work.lag

@@ -91,7 +91,7 @@ class SmoothableTrack:
         return known
 
     def _apply_errors(self, error: Floats, sigma: Floats) -> dict[str, Any]:
-        """Return the fields of the smoothed track but the position, from errors (n, 15)."""
+        """Return all fields of the smoothed track except the position, from errors (n, 15)."""
         turn = from_rotation_vectors(error[:, 6:9])
         known = self.navigating[:, np.newaxis]
         return {
@@ -105,7 +105,7 @@ class SmoothableTrack:
         }
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state; for the steps the smoother's result, a tenth of their size."""
+        """Return the state, with the smoother's result, a tenth as large, in place of the steps."""
         steps = self._steps
         smoothed = steps.smoothed() if isinstance(steps, NavigationRecord) else steps
         return {**vars(self), "_steps": smoothed}
@@ -280,8 +280,8 @@ class Track(Oriented, SmoothableTrack, Result):
         """Return the best estimate: each sample uses all fixes, before and after it.
 
         A smoother processes the steps of the covariance backward; ``process`` has kept about 2.5 kB
-        for each. Samples between two steps are corrected by both. At the last sample it is the
-        filter's estimate.
+        for each. Samples between two steps are corrected by interpolation. At the last sample the
+        result is the filter's estimate.
 
         Raises
         ------
@@ -332,8 +332,8 @@ class Track(Oriented, SmoothableTrack, Result):
     ) -> Figure:
         """Return the figure, which marks outages of ``zerorate.navigation.outages``.
 
-        With `ax` only its path is drawn, there. It raises ImportError without matplotlib (extra
-        ``plot``).
+        With `ax`, only the path is drawn, on these axes. Raises ImportError without matplotlib
+        (extra ``plot``).
         """
         return figure_of(self, outages, ax=ax)
 
@@ -394,7 +394,7 @@ def _count_since(before: dict[str, int], now: dict[str, int]) -> dict[str, int]:
 
 
 def _describe_moves(before: NavigationFilter, nav: NavigationFilter) -> Iterator[str]:
-    """Say that the filter has given way to positions that it had rejected."""
+    """Describe the filter's jumps to positions that it had rejected before."""
     moves = nav.move_count - before.move_count
     if not moves or nav.last_move is None:
         return
@@ -475,7 +475,7 @@ def interpolate_steps(time: Floats, steps: Steps) -> tuple[Floats, Floats]:
 def _bracket_steps(
     time: Floats, steps: Steps, samples: Integers
 ) -> tuple[Integers, Integers, Floats]:
-    """Return the steps round some samples, and the part of the way between them, shape (m, 1)."""
+    """Return the steps before and after each sample, and its fraction between, shape (m, 1)."""
     at = steps["sample"].astype(np.intp)
     last = np.clip(np.searchsorted(at, samples, side="right") - 1, 0, len(at) - 1)
     following = np.minimum(last + 1, len(at) - 1)

@@ -157,7 +157,7 @@ class _TrackRows:
     name: str
 
     def lines(self) -> Iterator[Floats]:
-        """Yield the rows between those without a place."""
+        """Yield the lines between rows without a position."""
         present = np.isfinite(self.rows[:, 1:3]).all(axis=1)
         for first, last in runs(np.asarray(present)):
             yield self.rows[first:last]
@@ -213,15 +213,15 @@ def _with_longitude(row: Floats, longitude: float) -> Floats:
 
 
 def _split_pieces(line: Floats) -> Iterator[Floats]:
-    """Yield a line in parts whose texts fit into memory, and pyarrow's into an array."""
+    """Yield a line in parts whose texts fit into memory and into one array of pyarrow."""
     for first in range(0, len(line), _PIECE_ROWS):
         yield line[first : first + _PIECE_ROWS]
 
 
 def _nest_json(lines: Sequence[Floats], text: Callable[[Floats], str]) -> Iterator[str]:
-    """Yield the parts of a list of JSON with a list a line, or of that list if there is one only.
+    """Yield the text of a JSON list of lists, one per line; a single line is one flat list.
 
-    `text`: of some rows, where ", " stands before each.
+    `text` returns the text of some rows, with ", " before each row.
     """
     many = len(lines) > 1
     for i, line in enumerate(lines):
@@ -256,7 +256,7 @@ def _gpx_points(rows: Floats, epoch: float | None) -> str:
 
 
 def _join_columns(*columns: _Column | str) -> str:
-    """Return the texts of all rows, one after the other; a number that is none has no text."""
+    """Return the concatenated texts of all rows; NaN has no text."""
     try:
         import pyarrow  # noqa: F401
     except ImportError:
@@ -283,7 +283,7 @@ def _format_values(before: str, values: _Values, after: str) -> list[str]:
 
 
 def _format_arrow(before: str, values: _Values, after: str) -> Any:  # noqa: ANN401
-    """Return the same as an array of Arrow, made of buffers: others would import pandas."""
+    """Return formatted values as an Arrow array; made from buffers, it needs no pandas."""
     import pyarrow as pa
     import pyarrow.compute as pc
 

@@ -152,7 +152,7 @@ class Wheels:
 
 
 def _tick_rates(time: Floats, count: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return middles of a tenth of a second or an interval, ticks a second there, and seconds."""
+    """Return the middles of intervals, ticks per second in each, and the intervals' lengths, s."""
     if len(time) < 2:
         empty = np.empty(0)
         return empty, empty, empty
@@ -171,7 +171,7 @@ def _tick_rates(time: Floats, count: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def _learn_tick(middle: Floats, rate: Floats, fixes: Fixes | None) -> float:
-    """Return the metres a tick by the speed of a receiver."""
+    """Return the metres per tick from the speed of a receiver."""
     assert fixes is not None
     epochs = Epochs.of(fixes)
     tick_lengths = np.empty(0)

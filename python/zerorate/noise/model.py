@@ -321,7 +321,7 @@ def _check_terms(name: str, values: object, kind_: type) -> tuple[Any, ...]:
 
 
 def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
-    """Return the model with the largest of each coefficient among axes that determine it.
+    """Return a noise model with the largest value of each coefficient over the axes.
 
     Use it for an estimator that has one number for all axes.
 
@@ -336,8 +336,8 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
         Each coefficient is the largest among the axes where it is identifiable, with its standard
         error. If no axis identifies it, it has the largest upper bound. It is unknown only if it is
         unknown in all axes. Ramps are compared by absolute value. Markov terms and sinusoids are
-        taken from the axis where the sum of their variances is largest. A doubt of any axis is a
-        doubt of the model. The model has the low-pass filter with the lowest corner.
+        taken from the axis where the sum of their variances is largest. It has the doubts of all
+        axes, and the low-pass filter with the lowest corner.
 
     Raises
     ------

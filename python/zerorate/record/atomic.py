@@ -33,7 +33,8 @@ def check_writable(
     FileExistsError
         If the file exists and ``force`` is false.
     FileNotFoundError, NotADirectoryError, IsADirectoryError, PermissionError
-        If the folder is missing or no folder, the path is a folder, or writing is not allowed.
+        If the folder does not exist or is a file, if the path is a folder, or if writing is not
+        allowed.
     OSError
         If the path is a device or a pipe, which a file would replace.
 

@@ -33,9 +33,8 @@ class Fixes:
     velocity_sigma : array_like, shape (n, 3), optional
         Standard deviations of the velocity, m/s.
     quality : array_like of int, shape (n,), optional
-        Number of the receiver for the kind of fix. RTKLIB has 1 for fixed, 2 float,
-        5 single; NMEA 4 for fixed, 5 float, 2 differential, 1 single.
-        -1 where it is not reported.
+        Fix type, as the receiver's number: RTKLIB has 1 for fixed, 2 float, 5 single; NMEA 4 for
+        fixed, 5 float, 2 differential, 1 single. -1 where it is not reported.
     satellites : array_like of int, shape (n,), optional
         Number of satellites used.
     velocity_time : array_like, shape (n,), optional

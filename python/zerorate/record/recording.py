@@ -24,7 +24,7 @@ class Recording(Mapping[str, Log]):
         ``"gyro"``, ``"accel"``, ``"mag"``, ``"temperature"``, ``"reference"``, ``"position"`` and
         others; further ones of a kind are ``"gyro_1"``, ``"gyro_2"`` and so on.
     source
-        Description of the source; nothing is read from it.
+        Description of the source, for messages only.
     notes
         Sentences on assumptions about the recording; those on one log are in its ``meta["notes"]``.
     supplement

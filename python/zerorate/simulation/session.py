@@ -161,15 +161,16 @@ class SimulatedSession:
         True angular rate in the axes of the body, rad/s, shape (n, 3).
     orientation
         Unit quaternions w, x, y, z from the body to the world (z up), shape (n, 4). ``rates`` are
-        their derivative, exactly.
+        the exact derivative of the quaternions.
     force
         True specific force in the axes of the body, m/s^2, shape (n, 3).
     bias
         Bias of the gyro at each sample, including drift and temperature, in the unit of the
         samples, shape (n, 3).
     rests, turns
-        First sample and end (exclusive) of each rest and each rotation, shape (poses, 2) and (poses
-        - 1, 2). A turn begins with the last sample of a rest and ends with the first of the next.
+        Index of the first sample and of the sample after the last, for each rest and each rotation,
+        shape (poses, 2) and (poses - 1, 2). A rotation begins at the last sample of one rest and
+        ends at the first sample of the next rest.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Channels of a navigation's aids: those a user names, and those found in a recording."""
+"""Channels of aids for navigation: named by the user, or found in a recording."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class AidArguments(TypedDict, total=False):
 
 @dataclass(frozen=True, eq=False)
 class AidRequest:
-    """Aids that a user names, their units, and whether others are found by name."""
+    """Aids named by the user, their units, and a flag to find others by name."""
 
     pressure: Readings = None
     height: Readings = None
@@ -62,7 +62,7 @@ class AidRequest:
 
     @classmethod
     def take(cls, options: MutableMapping[str, Any]) -> Self:
-        """Return the request of the arguments on aids, which are taken out of the options."""
+        """Remove the arguments on aids from the options, and return them as a request."""
         fields = {argument: kind for kind, argument in _ARGUMENTS.items()} | {"aids": "choice"}
         names = (*fields, "pressure_unit", "compass_unit")
         return cls(
@@ -82,7 +82,7 @@ class AidRequest:
             raise ArgumentError("compass_unit", f"must be deg or rad, got {self.compass_unit!r}")
 
     def channels(self, source: Source, recording: Recording) -> list[Channel]:
-        """Return the channels, at most one per kind; a pressure goes before its height."""
+        """Return the channels, at most one per kind; pressure takes precedence over height."""
         found = {channel.kind: channel for channel in self._find(source, recording)}
         if "pressure" in found and "height" in found and not found["height"].is_requested:
             del found["height"]

@@ -65,8 +65,8 @@ class ArrayAllan:
     taus : ndarray, shape (m,)
         Averaging times, s: octaves, and one second or the time closest to it.
     sensors : ndarray, shape (N, axes, m)
-        Deviations of each sensor in the axes of the body; NaN where no two clusters in a row are
-        complete.
+        Deviations of each sensor in the axes of the body; NaN without two consecutive complete
+        clusters.
     mean : ndarray, shape (axes, m)
         Deviations of the plain mean of all sensors.
     fused : ndarray, shape (axes, m)
@@ -318,7 +318,7 @@ def _is_find(rotations: object) -> bool:
 
 
 def _load_rotations(rotations: Rotations | RotationLike | Path_ | None) -> Any:  # noqa: ANN401
-    """Return rotations, read from a file where they are the path of one."""
+    """Return rotations; read them if they are the path of a file."""
     if isinstance(rotations, str | os.PathLike) and not _is_find(rotations):
         return read_rotations(rotations)
     return as_matrices(rotations)
@@ -327,7 +327,7 @@ def _load_rotations(rotations: Rotations | RotationLike | Path_ | None) -> Any: 
 def _load_array(
     source: Source | ArrayLog, reading: Mapping[str, Any], fix: bool
 ) -> tuple[ArrayLog, tuple[str, ...]]:
-    """Return the gyros of a source, after the preparation of each, and the alarms."""
+    """Return the prepared gyros of a source, and the alarms."""
     if isinstance(source, ArrayLog):
         return source, ()
     selection = {} if isinstance(source, Recording | Log) else {"only": ["gyro", "accel"]}
@@ -357,7 +357,7 @@ def _check_weights(weights: Weights | npt.ArrayLike, log: ArrayLog) -> Any:  # n
 
 
 def _misalignment_remarks(result: ArrayReplay) -> Iterator[str]:
-    """Yield a sentence if sensors that were taken as aligned turn differently."""
+    """Yield a sentence if sensors assumed aligned measure different rotations."""
     log = result.log
     if result.rotations is not None or len(log.axes) != 3 or log.sensors == 1:
         return
@@ -425,7 +425,7 @@ def _run(
 def _fuse_accelerometers(
     log: ArrayLog, rate: Floats, rotations: Floats | None, positions: npt.ArrayLike | None
 ) -> FusedAccelerometers | None:
-    """Return the accelerometers of the log as one."""
+    """Return the fused accelerometers of the log."""
     if log.accel is None or len(log.axes) != 3:
         return None
     known = log.unit in UNITS and UNITS[log.unit].kind == "rate"
@@ -461,7 +461,7 @@ class _ArrayRecorder:
         self._excluded = np.zeros(sensors, np.bool_)
 
     def take(self, array: GyroArray, first: int) -> None:
-        """Give the array one block, and record its output."""
+        """Process one block by the array, and record its output."""
         block = np.s_[first : first + _BLOCK_ROWS]
         z = np.ascontiguousarray(self._log.data[block])
         begin = time.thread_time()
@@ -493,7 +493,7 @@ class _ArrayRecorder:
 
 
 def _allan(sensors: Floats, fused: Floats, at_rest: Booleans, rate: float) -> ArrayAllan | None:
-    """Return the Allan deviations at rest of sensors (n, N, axes) and of the one (n, axes)."""
+    """Return Allan deviations at rest, of sensors (n, N, axes) and their fusion (n, axes)."""
     rest = _certain_rest(at_rest, rate)
     if not rest.any():
         return None
@@ -513,7 +513,7 @@ def _allan(sensors: Floats, fused: Floats, at_rest: Booleans, rate: float) -> Ar
 
 
 def _expand_axes(values: npt.NDArray[Any], ndim: int) -> npt.NDArray[Any]:
-    """Return values (n, N, axes), of one axis too."""
+    """Return values of shape (n, N, axes), also for a single axis."""
     return values if ndim == 3 else values[:, :, np.newaxis]
 
 
@@ -530,7 +530,7 @@ def _classify_samples(
 
 
 def _certain_rest(rest: Booleans, rate: float) -> Booleans:
-    """Return the mask of rest on all axes (n, axes), but for samples in which motion may begin."""
+    """Return the mask of rest on all axes, without samples in which motion may already begin."""
     certain: Booleans = np.all(rest, axis=1)
     before = onset_samples(rate)
     for i in np.flatnonzero(certain[:-1] & ~certain[1:]) + 1:
@@ -539,7 +539,7 @@ def _certain_rest(rest: Booleans, rate: float) -> Booleans:
 
 
 def _finite_mean(values: Floats, axis: int) -> Floats:
-    """Return the mean of the values that are there; NaN of none."""
+    """Return the mean of the finite values; NaN if there are none."""
     present = np.isfinite(values)
     count = present.sum(axis=axis)
     total = np.where(present, values, 0.0).sum(axis=axis)
@@ -548,7 +548,7 @@ def _finite_mean(values: Floats, axis: int) -> Floats:
 
 
 def _cluster_lengths(n: int, rate: float) -> tuple[Integers, int]:
-    """Return the lengths of clusters in samples, and where among them one second stands."""
+    """Return the cluster lengths in samples, and the index of one second among them."""
     octaves = [1 << i for i in range(max(1, (n // 4).bit_length()))]
     second = min(max(round(_REPORTED_TAU_S * rate), 1), max(n // 4, 1))
     factors = np.unique([*octaves, second])

@@ -1,7 +1,7 @@
-"""A server of the Model Context Protocol: an assistant measures the logs in one folder.
+"""Server of the Model Context Protocol, with which an assistant measures the logs in a folder.
 
-The tools only read. Paths are relative to the folder; a path that leads out of it, by ``..``, a
-link or an absolute path, is refused.
+The tools only read files. Paths are relative to the folder. A path outside the folder raises an
+error, also if it leads there by ``..``, a link or an absolute path.
 """
 
 import os
@@ -44,7 +44,7 @@ class Folder:
     Raises
     ------
     NotADirectoryError
-        If it is not a folder.
+        If the path is not a folder.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -53,7 +53,7 @@ class Folder:
             raise NotADirectoryError(f"{path} is no folder")
 
     def find(self, name: str) -> Path:
-        """Return the file of a name; ValueError if it is outside the folder, links followed."""
+        """Return the file with this name; ValueError if it, or its link's target, is outside."""
         path = (self.root / name).resolve()
         inner = (one.resolve() for one in _read_with(path))
         if not all(one.is_relative_to(self.root) for one in (path, *inner)):
@@ -64,7 +64,7 @@ class Folder:
 
 
 def _read_with(path: Path) -> list[Path]:
-    """Return the files that belong to a folder: those in it, and those in a bag's index."""
+    """Return the files read with a folder: its contents, and the files in a bag's index."""
     if not path.is_dir():
         return []
     found = list(path.iterdir())
@@ -81,9 +81,9 @@ def build_server(folder: str | os.PathLike[str]) -> Any:  # noqa: ANN401
     Raises
     ------
     ImportError
-        Without mcp, of the extra ``mcp``.
+        If the package mcp (extra ``mcp``) is not installed.
     NotADirectoryError
-        If this is not a folder.
+        If the path is not a folder.
     """
     try:
         from mcp.server.mcpserver import MCPServer
@@ -101,7 +101,7 @@ def build_server(folder: str | os.PathLike[str]) -> Any:  # noqa: ANN401
 
 
 def _tools(folder: Folder) -> list[Callable[..., str]]:
-    """Return the tools: functions from a path, and unit and rate if the log has none, to JSON."""
+    """Return the tools: functions of a path, and if needed of unit and rate, that return JSON."""
 
     def report_tool(
         path: str, unit: str | None = None, rate: float | None = None, fixes: str | None = None
@@ -199,7 +199,7 @@ def describe_samples(command: str, result: Any) -> str:  # noqa: ANN401
 
 
 def _with_sentences(tool: Callable[..., str]) -> Callable[..., str]:
-    """Return a tool whose faults are sentences for the client."""
+    """Return a tool that reports its errors to the client as sentences."""
     from mcp.server.mcpserver.exceptions import ToolError
 
     @wraps(tool)

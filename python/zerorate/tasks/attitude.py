@@ -121,7 +121,8 @@ def estimate_attitude(
     calibration : Calibration or path, optional
         Calibration that corrects gyro and accelerometer first.
     magnetometer : MagnetometerCalibration or path, optional
-        Calibration that corrects the magnetometer first; in its own recording, span by span.
+        Calibration that corrects the magnetometer first. For the recording of the calibration
+        itself, each of its intervals is corrected with the interval's own hard iron.
     clipped : {"auto", "restore", "leave"}
         Treatment of clipped rates. "auto": restore them from their flanks if nothing else explains
         them. "restore": restore them wherever the flanks predict larger rates. "leave": do not
@@ -202,7 +203,7 @@ def estimate_attitude(
 
 
 def _refuse_mag_options(**mag_options: object) -> None:
-    """Raise ValueError for an argument of the magnetometer, which is left out."""
+    """Raise ValueError for a magnetometer argument when the magnetometer is not used."""
     for name, value in mag_options.items():
         if value is not None and value is not False:
             raise ValueError(
@@ -211,7 +212,7 @@ def _refuse_mag_options(**mag_options: object) -> None:
 
 
 def _filter_settings(learn_magnetometer: bool, bias_limit: float | None) -> dict[str, Any]:
-    """Return the options of the default filter that were given: named filters refuse them."""
+    """Return the given options of the default filter; named filters do not accept them."""
     learned: dict[str, Any] = {"learn_magnetometer": True} if learn_magnetometer else {}
     return learned if bias_limit is None else {**learned, "bias_limit": bias_limit}
 
@@ -219,7 +220,7 @@ def _filter_settings(learn_magnetometer: bool, bias_limit: float | None) -> dict
 def _find_declination(
     declination: float, at: npt.ArrayLike | None
 ) -> tuple[float, tuple[str, ...]]:
-    """Return the declination, rad, of the model of the earth's field where a place is given."""
+    """Return the declination, rad; from the earth's field model if a position is given."""
     if at is None:
         return declination, ()
     if declination:
@@ -238,7 +239,7 @@ def _find_declination(
 def _load_reference(
     reference: Poses | _Path | _Columns | None, offset: float
 ) -> tuple[Poses | None, _Columns | None]:
-    """Return the true poses, or the columns of the source that hold them."""
+    """Return the true poses, or the names of the source's columns with them."""
     if isinstance(reference, Poses):
         return _shift_time(reference, offset), None
     if isinstance(reference, str | os.PathLike):

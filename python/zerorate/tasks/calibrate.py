@@ -160,7 +160,7 @@ def calibrate(
 def _load_recording(
     source: Source | None, sensors: dict[str, Any], reading: ReadingArguments
 ) -> Recording:
-    """Return the recording to calibrate; samples that are given take the place of its sensors."""
+    """Return the recording to calibrate; given samples replace its sensors."""
     chosen = ["given" for sensor in sensors.values() if sensor is not None]
     recording = None if source is None else one_imu_of(source, reading, *chosen)
     if recording is not None and all(
@@ -178,14 +178,14 @@ def _load_recording(
 
 
 def _sensor_names(sensors: Mapping[str, str | None]) -> dict[str, str]:
-    """Return the names of both sensors: one that is not chosen is that of the other's device."""
+    """Return the names of both sensors; if only one is chosen, the other is of the same device."""
     gyro, accel = sensors["gyro"], sensors["accel"]
     device = (gyro or "").removeprefix("gyro") or (accel or "").removeprefix("accel")
     return {"gyro": gyro or f"gyro{device}", "accel": accel or f"accel{device}"}
 
 
 def _select_sensors(recording: Recording, names: Mapping[str, str]) -> Recording:
-    """Return a recording of two sensors and the temperature alone."""
+    """Return a recording with only two sensors and the temperature."""
     source_names = {**names, "temperature": "temperature"}
     logs = {
         name: recording[source_name]
@@ -196,7 +196,7 @@ def _select_sensors(recording: Recording, names: Mapping[str, str]) -> Recording
 
 
 def _fit(recording: Recording, options: Mapping[str, Any]) -> Calibration:
-    """Return the calibration, also one of so little that the fit refuses it."""
+    """Return the calibration, also an invalid one from too little data."""
     try:
         return fitted(recording, **options)
     except CalibrationError as error:
@@ -206,7 +206,7 @@ def _fit(recording: Recording, options: Mapping[str, Any]) -> Calibration:
 
 
 def _has_other_axes(calibration: Calibration) -> bool:
-    """Return True if the calibration itself has found other axes, and says so."""
+    """Return True if the calibration's gyro matrix shows exchanged or inverted axes."""
     matrix = calibration.values[GYRO_MATRIX].reshape(3, 3)
     largest = np.abs(matrix).max(axis=1)
     return not bool((np.diagonal(matrix) > 0.5 * largest).all())
@@ -236,9 +236,8 @@ def calibrate_magnetometer(
     gyro : str
         Name of the gyro, if there are several; default the first.
     one : bool
-        Assume one hard iron for the whole record, because nobody touched the device. By default
-        several are fitted where that leaves clearly less scatter, as for a magnet that comes and
-        goes.
+        Fit one hard iron to the whole record. By default several are fitted if they clearly reduce
+        the scatter, for example when a magnet comes and goes.
     field, dip : float, optional
         Strength of the local field, uT, and its angle below the horizontal, rad. A result that
         contradicts them is not valid.
@@ -292,7 +291,7 @@ def calibrate_magnetometer(
 
 
 def _restore_frozen_mag(prepared: PreparedRecording, raw: Recording, name: str) -> Recording:
-    """Return the prepared recording, with a magnetometer that is frozen throughout."""
+    """Return the prepared recording; a magnetometer that is frozen throughout is kept."""
     is_frozen = name in raw and any(remark.check == FROZEN for remark in prepared.remarks)
     if not is_frozen or name in prepared.recording:
         return prepared.recording
@@ -396,7 +395,7 @@ def correct(
     LogError
         If both sensors are missing.
     ValueError
-        If units do not fit those of the calibration.
+        If the units differ from the calibration's.
 
     Examples
     --------

@@ -253,7 +253,7 @@ def _kind_of(log: Log) -> str:
 
 
 def _group_by_clock(recording: Recording) -> Iterator[Log]:
-    """Yield the gyros of a recording, then its accelerometers; those on one clock as one log."""
+    """Yield a recording's gyros, then its accelerometers; sensors on one clock form one log."""
     logs = [log for kind in _SENSOR_KINDS for log in recording.of_kind(kind)]
     if not logs:
         raise LogError("there is neither a gyro nor an accelerometer")
@@ -407,7 +407,7 @@ def _estimator_text(
 
 
 def _ros_topic(log: Log) -> str:
-    """Return the topic of a ROS recording, or the one that Kalibr's examples have."""
+    """Return the topic of a ROS recording, or the topic of Kalibr's examples."""
     sensor = str(log.meta.get("sensor") or "")
     return sensor if sensor.startswith("/") else "/imu0"
 

@@ -19,7 +19,7 @@ CURVE_FORMATS: Final = ("csv", "json", "npz")
 
 
 def write_curves(curves: Sequence[AllanResult], path: Path) -> None:
-    """Write all axes of curves: by the suffix, one row per averaging time or one array each."""
+    """Write the curves of all axes as CSV, JSON or npz, by the suffix."""
     suffix = path.suffix.lower()
     if suffix == ".csv":
         _write_csv(curves, path)
@@ -45,7 +45,7 @@ def _write_csv(curves: Sequence[AllanResult], path: Path) -> None:
 
 
 def _as_dict(axis: AllanResult) -> dict[str, Any]:
-    """Return an axis for JSON, in which there is no NaN."""
+    """Return an axis as a dict for JSON, with None for NaN."""
     arrays = {name: _to_list(getattr(axis, name)) for name in _COLUMNS}
     return {
         "axis": axis.names[0],

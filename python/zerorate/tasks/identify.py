@@ -186,7 +186,7 @@ def identify(
 def _identify_axes(
     log: Log, options: Mapping[str, Any], progress: Progress
 ) -> tuple[tuple[Identification, ...], tuple[str, ...]]:
-    """Return the identification of each axis, in parallel, and reasons for those left out."""
+    """Return the identification of each axis, and the reasons why other axes are left out."""
     fractions = [0.0] * log.channels
 
     def of_axis(i: int) -> Identification | ValueError:
@@ -221,7 +221,7 @@ def _run_parallel(
 
 
 def _raise_refusal(log: Log, reasons: Mapping[str, str]) -> NoReturn:
-    """Raise a fault of the data where no column can be modelled, else one of the arguments."""
+    """Raise LogError if no column can be modelled; otherwise raise the error of the arguments."""
     for z in log.data.T:
         try:
             as_record(z, MIN_SAMPLES, "identification")

@@ -135,7 +135,7 @@ def _open_files(source: LogSource, reading: Mapping[str, Any]) -> tuple[LogFile,
 
 
 def _bias_limit_to_si(choices: Choices, unit: str) -> Choices:
-    """Return choices with the bias limit in rad/s; without where the unit is not known."""
+    """Return the choices with the bias limit in rad/s; without it if the unit is not known."""
     limit = choices.bias_limit
     if limit is None or unit not in UNITS or UNITS[unit].kind != "rate":
         return replace(choices, bias_limit=None)
@@ -143,7 +143,7 @@ def _bias_limit_to_si(choices: Choices, unit: str) -> Choices:
 
 
 def _gyro_unit(reading: Mapping[str, Any]) -> Any:  # noqa: ANN401
-    """Return the unit of the gyro, of one that may be of both sensors."""
+    """Return the unit of the gyro from an argument that may hold the units of both sensors."""
     unit = reading.get("unit")
     if isinstance(unit, str) and "," not in unit:
         return unit
@@ -165,7 +165,7 @@ def _read_beginning(log: LogFile) -> Log:
 
 
 def _fix_blocks(log: LogFile, finding: Finding) -> LogFile:
-    """Return a log of which each block is put right when it is read."""
+    """Return a log whose blocks are corrected when they are read."""
     if log.whole is not None:
         return LogFile.of(finding.apply(log.whole))
     header = log.header

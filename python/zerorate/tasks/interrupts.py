@@ -1,4 +1,4 @@
-"""Interrupts: kept from worker processes, held back within a sample, heard during native code."""
+"""Interrupts: blocked in worker processes, delayed within a sample, handled during native code."""
 
 import signal
 import sys
@@ -23,7 +23,7 @@ _SIGNALS: Final = (signal.SIGINT, *_END_SIGNALS)
 def block_child_interrupts() -> Iterator[None]:
     """Start processes here that never receive an interrupt; hold back interrupts meanwhile.
 
-    Ctrl-C reaches every process of a terminal, but only the main process must react. Processes
+    Ctrl-C reaches every process of a terminal, but only the main process may react. Processes
     started later by threads from here do not receive it either.
     """
     if sys.platform == "win32":
@@ -70,7 +70,7 @@ class TerminationHandler:
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> Self:
-        """Catch them; only the main thread gets any."""
+        """Catch signals; only the main thread receives any."""
         if threading.current_thread() is threading.main_thread():
             for number in _SIGNALS:
                 # A signal that a shell or nohup has set to be ignored stays so, and so does one
@@ -80,7 +80,7 @@ class TerminationHandler:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Let the signals do again what they did."""
+        """Restore the previous handlers of the signals."""
         for number, handler in self._before.items():
             signal.signal(number, handler)
 
@@ -103,7 +103,7 @@ _RETRY_DELAY_S: Final = 0.01
 
 
 def _resend_signal(number: int) -> None:
-    """Send a signal to the main thread, which it wakes from what it waits for."""
+    """Send a signal to the main thread, to end its wait."""
     if sys.platform == "win32":
         signal.raise_signal(number)
     else:
@@ -113,10 +113,10 @@ def _resend_signal(number: int) -> None:
 
 
 def _is_importing(frame: FrameType | None) -> bool:
-    """Return True if a signal came while the interpreter looks after its imports.
+    """Return True if a signal came while the interpreter imports a module.
 
-    What is raised in a callback there is lost, and with it the release of the lock that all imports
-    need: a thread that imports would wait for ever.
+    An exception raised there is lost, and the import lock is not released: a thread that imports
+    would then wait for ever.
     """
     return frame is not None and frame.f_code.co_filename.startswith("<frozen importlib")
 
@@ -126,7 +126,7 @@ class SignalInterrupt(Exception):
 
 
 class Interrupts:
-    """Lets signals raise only while a stream waits for its next sample.
+    """Handler that raises an error for a signal only while a stream waits for its next sample.
 
     So each sample is either answered or not read, and the state can be saved.
     """

@@ -219,7 +219,7 @@ class _Wheels:
         return None if values is None else cls(values, ticks is not None, tick)
 
     def read(self, source: Source, recording: Recording, fixes: Fixes) -> Floats | Wheels:
-        """Return the speed at each sample, NaN where there is none, or speeds between counts."""
+        """Return the speed at each sample (NaN where missing), or speeds between tick counts."""
         samples = Samples.of(recording, mag=False, what="navigation")
         values = self._values(source, samples)
         if not self.ticks:
@@ -329,7 +329,7 @@ def navigate(
         at the height of the fixes.
     compass : str, array_like, shape (n,), or Aid, optional
         Heading of a compass, or of two antennas, likewise. Default: found by its name
-        (``heading_deg``, ``compass_deg``). Its convention is that which fits the motion.
+        (``heading_deg``, ``compass_deg``). Its convention is found from the motion.
     compass_unit : {"deg", "rad"}, optional
         Default: by the name, the size or the motion.
     baseline_columns : str, array_like, shape (n, 3), or Aid, optional
@@ -428,7 +428,7 @@ def _read_wheels(
 def _drop_unusable(
     channels: list[Channel], baseline: npt.ArrayLike | None, alarms: list[str]
 ) -> list[Channel]:
-    """Leave out the vectors of two antennas whose places on the vehicle are not stated."""
+    """Remove the vectors between two antennas if their positions on the vehicle are not stated."""
     usable = [one for one in channels if one.kind != "baseline" or baseline is not None]
     for channel in channels:
         if channel not in usable:
@@ -447,7 +447,7 @@ def _begin_with_compass(
     fixes: Fixes,
     alarms: list[str],
 ) -> Beginning:
-    """Return the beginning; where the motion shows no heading, with that of the compass."""
+    """Return the beginning; its heading is the compass' if the motion determines none."""
     first_alarms: list[str] = []
     compass = [channel for channel in channels if channel.kind == "heading"]
     try:
@@ -516,7 +516,7 @@ class _Run:
         return Navigation(replace(track, notes=notes), beginning.start, nis, errors)
 
     def _judge_aids(self, nav: NavigationFilter, inputs: dict[str, Any]) -> AidInputs:
-        """Return the aids, judged by the track without them."""
+        """Return the aids after a check against the track without them."""
         if not self.channels and not self.mag:
             return AidInputs()
         recording = self.beginning.recording
@@ -598,7 +598,7 @@ def _load_noise_models(
 
 
 def _load_noise_model(path: Path, quantity: str) -> NoiseModel:
-    """Return the model in a file, or the worst axis of those of a quantity in one of several."""
+    """Return the noise model in a file; of several axes, the worst one of the quantity."""
     text = read_regular_text(path)
     if (model := _read_kalibr(text, quantity)) is not None:
         return model
@@ -623,9 +623,9 @@ def _load_noise_model(path: Path, quantity: str) -> NoiseModel:
 
 
 def _read_kalibr(text: str, quantity: str) -> NoiseModel | None:
-    """Return the model of a sensor in an ``imu.yaml`` of Kalibr, None if it holds none.
+    """Return the noise model of a sensor in an ``imu.yaml`` of Kalibr; None if there is none.
 
-    Its densities are those of continuous time; all other coefficients are unknown.
+    The file has continuous-time densities; all other coefficients are unknown.
     """
     of: Quantity = "acceleration" if quantity == "acceleration" else "angular rate"
     sensor = "accelerometer" if of == "acceleration" else "gyroscope"

@@ -39,7 +39,7 @@ _OTHER_SUFFIXES: Final = (
 
 
 class SavableResult(Protocol):
-    """A result that can be saved: it has the name of its recording."""
+    """Result that can be saved: it has the name of its recording."""
 
     @property
     def source(self) -> str:
@@ -266,7 +266,7 @@ class Outputs:
     def save(self, files: Files, progress: Progress, done: float = 0.0) -> list[Path]:
         """Write the files of a result and return the paths; see `write`.
 
-        Files that the result does not have, such as exports of doubtful numbers, are not written.
+        Files that the result lacks, such as exports of doubtful numbers, are not written.
         """
         present = tuple(
             ending for ending in self.others if str(ending).endswith(tuple(files.others))
@@ -362,7 +362,7 @@ def check_paths(
 
 
 def _is_same_file(path: Path, source: Path | None) -> bool:
-    """Return True if a file to be written is one that is read, by whatever name."""
+    """Return True if a file to be written is also read, perhaps by another name."""
     return source is not None and path.exists() and source.exists() and path.samefile(source)
 
 

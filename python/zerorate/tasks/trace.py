@@ -12,7 +12,7 @@ __all__ = ["Trace"]
 class Trace(Result):
     """State of a filter after each of n samples; with k channels every array has a second axis k.
 
-    The state of "auto" is the drift alone: p + 1 and p + q + 1 below are then 1.
+    For "auto" the state is only the drift, so p + 1 and p + q + 1 below are 1.
 
     Examples
     --------

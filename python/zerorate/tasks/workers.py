@@ -1,4 +1,4 @@
-"""Work spread over the cores: threads of a replay, and processes of one thread each."""
+"""Work on several cores: threads of a replay, and single-thread processes."""
 
 import os
 from collections import deque

@@ -90,11 +90,11 @@ def integrate(
     z : Log, or array_like of shape (n,), (n, 1) or (n, 3)
         Rate without its bias.
     rate : float, optional
-        Samples per second of an array, Hz. A log has its own, and its stamps count.
+        Samples per second of an array, Hz. A log has its own rate and timestamps.
     method : {"coning", "trapezoid", "backward-euler"}
-        Rate of a step: that at its end (backward Euler), the mean of both ends (trapezoid), or for
-        three axes also with the motion of the axis in between (coning, the default). About one axis
-        the last two are the same.
+        Rate used for a step: "backward-euler", the rate at its end; "trapezoid", the mean of the
+        rates at both ends; "coning" (default), the mean and, for three axes, a correction for the
+        motion of the axis during the step. About one axis the last two are the same.
     unit : str, optional
         Unit of `z`. Default: a log's, else rad/s.
     noise : NoiseModel, optional
@@ -113,19 +113,19 @@ def integrate(
     Raises
     ------
     ValueError
-        If `z` has another shape, fewer than two samples or an axis without any, or an argument is
-        not as described. LogError, a ValueError, if a log has no unit, or that of another quantity.
+        If `z` has another shape, fewer than two samples or an axis without samples, or an argument
+        is not as described. A log without a unit of angular rate raises LogError, a ValueError.
 
     Notes
     -----
     Without rotation, `sigma` is the root of N^2 t + bias_sigma^2 t^2 + K^2 t^3/3. For three axes
     the errors are propagated through the orientation, so that a bias about x counts along the
-    directions of x. It includes the noise, not the method's error in a motion faster than the
-    samples.
+    directions of x. `sigma` includes the noise, but not the method's error during motion faster
+    than the sampling.
 
     A missing sample is bridged by a line between its neighbours, or holds the nearest one at an
-    end. The error is tested on the record: the same line replaces samples that are present,
-    wherever there are as many, and the RMS error of the angle enters `sigma` from the gap on. If no
+    end. The error of the bridge is measured on the record: stretches of the same length without a
+    gap are bridged in the same way. Their RMS angle error is added to `sigma` after the gap. If no
     stretch is long enough, the standard deviation of all rates times the gap's length is used.
 
     Coning: the step is (w0 + w1) dt/2 + (w0 x w1) dt^2/12, exact to third order for a rate that

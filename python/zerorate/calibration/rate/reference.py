@@ -48,8 +48,8 @@ class FittedRate(Result):
     lag : Coefficient
         Delay of the gyro, s.
     positive, negative : Coefficient
-        Scale from the windows in which the reference turned one way, or the other, each with its
-        own bias.
+        Scale from the windows with positive or with negative reference rates; each fit has its own
+        bias.
     asymmetry : Coefficient
         Scale of positive rates minus that of negative ones, with one bias.
     residual : float

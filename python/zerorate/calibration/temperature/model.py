@@ -83,8 +83,9 @@ class TemperatureBias(NamedTuple):
 class TemperatureModel(Result):
     """Bias of a gyro by temperature, from a record at rest: `TemperatureModel.fit` makes one.
 
-    The bias of each axis is the sum of ``c_k ((T - reference) / 10)^k`` inside the range of the
-    record; beyond it, the tangent for one span further, then the tangent's last value.
+    The bias of each axis is the sum of ``c_k ((T - reference) / 10)^k`` inside the temperature
+    range of the record. Beyond the range the bias follows the tangent for one more width of the
+    range, then stays constant.
 
     Parameters
     ----------
@@ -99,10 +100,11 @@ class TemperatureModel(Result):
     range
         Lowest and highest temperature of the record, degC.
     slopes
-        Bias per kelvin at the reference, one an axis; not identifiable where the degree is zero.
+        Slope of the bias at the reference temperature, per kelvin, for each axis; not identifiable
+        for an axis of degree zero.
     hystereses
-        Bias during warming minus bias during cooling, at equal temperature, one an axis; unknown if
-        the record lacks either.
+        Bias during warming minus bias during cooling, at equal temperature, for each axis; unknown
+        if the record has no warming or no cooling.
     time_correlation
         Correlation of temperature and time; zero if either is constant.
     step
@@ -112,7 +114,7 @@ class TemperatureModel(Result):
     notes
         Sentences on gaps and oddities of the record.
     blocks
-        Means to which it was fitted, or None for a model read from a file.
+        Block means to which the model was fitted; None for a model read from a file.
     single
         True for a single axis: returned arrays have no dimension for axes.
 
