@@ -53,8 +53,8 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// >>> z = np.random.default_rng(1).standard_normal(6000)
 /// >>> z[3000:4000] += 50.0 * np.sin(np.arange(1000) / 100.0)
 /// >>> rest = zr.RestDetector(rate=100.0).process(z)
-/// >>> (np.flatnonzero(np.diff(rest)) + 1).tolist()  # begins at 1.5 s, ends at 30.25, begins at
-/// 41.5 [149, 3024, 4149]
+/// >>> (np.flatnonzero(np.diff(rest)) + 1).tolist()  # begins, ends and begins again
+/// [149, 3024, 4149]
 #[pyclass(generic, module = "zerorate")]
 #[derive(Debug)]
 pub struct RestDetector {
