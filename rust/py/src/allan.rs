@@ -28,8 +28,8 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 ///     First differences, or second differences ``(z[k] - 2 z[k-1] + z[k-2])**2 / 6``, which a
 ///     constant angular acceleration leaves alone.
 /// floor : float, default 0.0
-/// Smallest variance to return, in the square of the samples' unit. Equal samples, as a coarsely
-/// quantised gyro at rest gives them, drive R to zero.
+///     Smallest variance to return, in the square of the samples' unit. Equal samples, as a
+///     coarsely quantised gyro at rest gives them, drive R to zero.
 /// channels : int, optional
 ///     Number of signals; ``None`` is a single one.
 ///

@@ -204,8 +204,9 @@ impl<const A: usize> ArrayBank for One<A> {
 /// rotations : array_like, shape (sensors, 3, 3), optional
 ///     From each sensor's axes to those of the body; by default all are aligned.
 /// calibrations : sequence of Calibration or of array_like, shape (3, 3), optional
-/// One per sensor, for samples in the unit of the array: its scale and misalignment are corrected
-/// in its own axes. Biases are learned; only ``Calibration.apply`` removes g-sensitivity.
+///     One per sensor, for samples in the unit of the array: its scale and misalignment are
+///     corrected in its own axes. Biases are learned; only ``Calibration.apply`` removes
+///     g-sensitivity.
 /// limit : float, optional
 ///     Size from which a sample is saturated and counts as missing.
 /// rest_limit, bias_limit : float, optional

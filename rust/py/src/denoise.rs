@@ -249,8 +249,8 @@ fn missing(record: &[f64]) -> Option<usize> {
 /// wavelet : {"haar", "db2", "db4", "db8"}, default "db2"
 ///     2, 4, 8 or 16 taps. Short ones delay less, long ones distinguish motion from noise better.
 /// level : int, default 3
-/// Number of denoised octaves, from 1 to 10: each halves the variance of white noise and doubles
-/// the delay.
+///     Number of denoised octaves, from 1 to 10: each halves the variance of white noise and
+///     doubles the delay.
 /// mode : {"hard", "soft"}, default "hard"
 ///     Details above the threshold stay, or shrink by it: soft is smoother at rest and distorts
 ///     motion.

@@ -30,13 +30,13 @@ const WIDTH: usize = 7;
 /// the platform is known to stand, from a ``RestDetector`` or a wheel.
 ///
 /// - **aided** uses all of them: Doppler moves the position, rest stops it, fixes of weak signals
-/// have less weight, and the slow error of the receiver is a state, so its wandering is not
-/// followed. - **moving_average** is the mean of the last ``window`` fixes, delayed by half of them
-/// in motion.
+///   have less weight, and the slow error of the receiver is a state, so its wandering is not
+///   followed.
+/// - **moving_average** is the mean of the last ``window`` fixes, delayed by half of them in motion.
 /// - **kalman** assumes a constant velocity with a white acceleration.
 /// - **heading** rejects a step shorter than ``step`` that turns the course by more than ``turn``.
-/// - **strength** is "kalman" with less weight for fixes of weak signals: a variance of ``sigma**2
-/// * 10**((45 - cn0) / 10)`` below 45 dB-Hz (the sigma-epsilon form).
+/// - **strength** is "kalman" with less weight for fixes of weak signals: a variance of
+///   ``sigma**2 * 10**((45 - cn0) / 10)`` below 45 dB-Hz (the sigma-epsilon form).
 ///
 /// The last four are from papers and serve for comparison. **None of them removes the slow error
 /// itself**: an error of metres that lasts for minutes looks like a position. Only a long time of
@@ -58,8 +58,8 @@ const WIDTH: usize = 7;
 /// window : int, default 10
 ///     Of "moving_average": fixes, 1 to 64.
 /// sigma : float, default 0.7
-/// Of "aided", "kalman" and "strength": white noise of a fix with strong signals, per axis, m. A
-/// small one follows the fixes.
+///     Of "aided", "kalman" and "strength": white noise of a fix with strong signals, per axis, m.
+///     A small one follows the fixes.
 /// process_noise : float, default 0.5
 ///     Of "kalman" and "strength": power spectral density of the acceleration, m^2/s^3. A small one
 ///     smooths and lags in turns.

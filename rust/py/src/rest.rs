@@ -206,7 +206,8 @@ getters! { MotionDetector, slf, py, this;
 /// Parameters
 /// ----------
 /// means : array_like, shape (n, 6)
-/// Mean rate, rad/s, and mean force, m/s^2, of each tick; NaN where missing, which ends a stretch.
+///     Mean rate, rad/s, and mean force, m/s^2, of each tick; NaN where missing, which ends a
+///     stretch.
 /// gyro, accel : float
 ///     How far they vary over the three axes, rad/s and m/s^2: their deviation, and half of the
 ///     distance of one from the mean.

@@ -68,8 +68,9 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 /// gyro_unit, accel_unit : str
 ///     Units of the samples, as in `zerorate.units`; of the magnetometer any.
 /// bias : array_like, shape (3,), DriftFilter or Calibration, optional
-/// Known output of the gyro without rotation, in ``gyro_unit``: numbers, a `DriftFilter` of three
-/// channels in that unit, or a `Calibration`, for raw samples, which also gives the gyro's matrix.
+///     Known output of the gyro without rotation, in ``gyro_unit``: numbers, a `DriftFilter` of
+///     three channels in that unit, or a `Calibration`, for raw samples, which also gives the
+///     gyro's matrix.
 /// bias_sigma : array_like, shape () or (3,), optional
 ///     Its standard deviation. Default: 0.05 deg/s for a filter or calibration, or more if that
 ///     states more; 0.5 deg/s for numbers; 1 deg/s without a known bias.
@@ -79,8 +80,8 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 ///     the first sample on is not mistaken for a rest; with a large one the bias of a bad gyro is
 ///     found.
 /// gyro_range : float, optional
-/// In ``gyro_unit``: the range of the gyro. A rate beyond it about any axis is a missing sample,
-/// counted in ``rates_left_out``, and one at the range is ``status`` "clipped".
+///     In ``gyro_unit``: the range of the gyro. A rate beyond it about any axis is a missing
+///     sample, counted in ``rates_left_out``, and one at the range is ``status`` "clipped".
 /// magnetometer : MagnetometerCalibration, optional
 ///     Of "auto": result of `calibrate_magnetometer`, by which each sample is corrected first: the
 ///     hard iron of the group that lasts longest, and the soft iron. The samples must be in its
@@ -102,8 +103,8 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 ///     Of "madgwick", rad/s: gradient step of the quaternion, half the body's rate; by default
 ///     0.041 with a magnetometer and 0.033 without, as in the report.
 /// gyro_noise, accel_noise : float, default 0.0002 and 0.1
-/// Of "ekf" and "ukf", rad/s/sqrt(Hz) and m/s^2/sqrt(Hz): white noise; that of the accelerometer
-/// includes the body's own accelerations, some fifty times a data sheet's value.
+///     Of "ekf" and "ukf", rad/s/sqrt(Hz) and m/s^2/sqrt(Hz): white noise; that of the
+///     accelerometer includes the body's own accelerations, some fifty times a data sheet's value.
 /// mag_noise : float, default 0.1
 ///     Of "ekf" and "ukf", rad/sqrt(Hz): noise of the magnetic heading.
 /// bias_walk : float, default 0.0001

@@ -61,10 +61,10 @@ where
 ///     Contribution of a force to the gyro, raw unit of the gyro per unit of the corrected force;
 ///     by default none.
 /// temperature : dict, optional
-/// The gyro's bias over temperature: ``"coefficients"``, shape (3, 1) to (3, 4), are c_0, c_1, … of
-/// each axis in ``sum(c_k * ((T - reference) / 10)**k)``; ``"reference"`` is a temperature,
-/// ``"range"`` are the lowest and the highest temperature of the data. Beyond them the curve
-/// continues along its tangent for the length of the range, then stays constant.
+///     The gyro's bias over temperature: ``"coefficients"``, shape (3, 1) to (3, 4), are c_0, c_1,
+///     … of each axis in ``sum(c_k * ((T - reference) / 10)**k)``; ``"reference"`` is a
+///     temperature, ``"range"`` are the lowest and the highest temperature of the data. Beyond them
+///     the curve continues along its tangent for the length of the range, then stays constant.
 /// inputs : {3, 6, 7}, optional
 ///     Numbers in a sample; by default what the other arguments need. With 7 and without
 ///     ``temperature`` the last one is not used.

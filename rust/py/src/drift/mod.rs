@@ -46,9 +46,9 @@ use crate::common::work::in_pieces;
 /// rate : float
 ///     Samples per second.
 /// method : {"auto", "kf", "akf", "fading", "robust"}, default "auto"
-/// ``"auto"`` tunes itself. ``"kf"`` is a Kalman filter of an ARMA model; ``"akf"`` also adapts the
-/// measurement noise R with equal weights; ``"fading"`` adapts R with fading memory, and the
-/// process noise G. ``"robust"`` is ``"akf"`` with zones that reject outliers.
+///     ``"auto"`` tunes itself. ``"kf"`` is a Kalman filter of an ARMA model; ``"akf"`` also adapts
+///     the measurement noise R with equal weights; ``"fading"`` adapts R with fading memory, and
+///     the process noise G. ``"robust"`` is ``"akf"`` with zones that reject outliers.
 /// channels : int, optional
 ///     Number k of axes side by side; None is a single one. With it ``update`` takes k samples, and
 ///     each property has k values.
@@ -61,8 +61,8 @@ use crate::common::work::in_pieces;
 ///     treats every sample as rest. Default: ``"hold"`` for ``"auto"``, ``"ignore"`` for the
 ///     others.
 /// limit : float, optional
-/// End of the sensor's range, in the samples' unit: a sample of this size or more is saturated and
-/// counts as missing.
+///     End of the sensor's range, in the samples' unit: a sample of this size or more is saturated
+///     and counts as missing.
 /// rest_limit : float, optional
 ///     Only ``"auto"``: a sensor whose samples scatter by more than this within a quarter second is
 ///     not at rest; 10 deg/s, in the samples' unit, suits MEMS gyros. With it a record may begin in
@@ -195,12 +195,14 @@ impl DriftFilter {
     /// Parameters
     /// ----------
     /// start : dict
-    /// With channels every array has a first axis (k,). ``offset`` and ``scale``, the mean and
-    /// deviation of the signal; ``coefficients`` [φ…, θ…, c], (p + q + 1,); ``covariance`` of [φ…,
-    /// θ…, c / scale] over the noise variance, samples being centred and scaled, (p + q + 1, p + q
-    /// + 1); variances ``measurement_noise`` R and ``process_noise`` G₀₀; ``state_covariance`` P
-    /// before the first sample, (p + 1, p + 1). **params Arguments of ``DriftFilter``, with a
-    /// ``method`` among ``"kf"``, ``"akf"``, ``"fading"`` and ``"robust"``.
+    ///     With channels every array has a first axis (k,). ``offset`` and ``scale``, the mean and
+    ///     deviation of the signal; ``coefficients`` [φ…, θ…, c], (p + q + 1,); ``covariance`` of
+    ///     [φ…, θ…, c / scale] over the noise variance, samples being centred and scaled, (p + q +
+    ///     1, p + q + 1); variances ``measurement_noise`` R and ``process_noise`` G₀₀;
+    ///     ``state_covariance`` P before the first sample, (p + 1, p + 1).
+    /// **params
+    ///     Arguments of ``DriftFilter``, with a ``method`` among ``"kf"``, ``"akf"``, ``"fading"``
+    ///     and ``"robust"``.
     ///
     /// Raises
     /// ------
@@ -307,9 +309,9 @@ impl DriftFilter {
     /// Parameters
     /// ----------
     /// seconds : float
-    /// Span from now on. 10 gives ``bias_sigma``, in motion up to two seconds newer. 0 is the bias
-    /// at this instant, including unobservable fast flicker of assumed size: for drift without
-    /// flicker it is up to twice too large.
+    ///     Span from now on. 10 gives ``bias_sigma``, in motion up to two seconds newer. 0 is the
+    ///     bias at this instant, including unobservable fast flicker of assumed size: for drift
+    ///     without flicker it is up to twice too large.
     ///
     /// Returns
     /// -------

@@ -32,9 +32,9 @@ use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming
 /// floor : {None, "level"}
 ///     "level": a stance within 0.1 m of the previous height has that height.
 /// gyro_range : float, optional
-/// Range of the gyro by its data sheet, rad/s; by default it is found from clipped peaks to date.
-/// Clipped rates are restored from their flanks, as far as these arrive within ``delay``, with a
-/// larger standard deviation.
+///     Range of the gyro by its data sheet, rad/s; by default it is found from clipped peaks to
+///     date. Clipped rates are restored from their flanks, as far as these arrive within ``delay``,
+///     with a larger standard deviation.
 /// channels : int, optional
 ///     Number of feet; ``None`` is a single one.
 ///
