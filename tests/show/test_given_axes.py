@@ -9,7 +9,7 @@ from show.test_views import RESULTS
 
 
 def ink(axes):
-    """Return what an axes holds: the numbers of its artists."""
+    """Return the numbers of the artists in an axes."""
     return [type(artist).__name__ for artist in axes.get_children()]
 
 

@@ -27,7 +27,7 @@ def logs(folder):
 
 @pytest.fixture(scope="module", params=["s3", "file"])
 def address(request, folder, logs):
-    """Return what gives the address of a path in the store."""
+    """Return the function from a path to its address in the store."""
     if request.param == "file":
         yield lambda path: f"file://{folder}/{path}"
         return
