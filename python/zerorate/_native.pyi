@@ -167,6 +167,8 @@ __all__ = [
     "parse_rows",
     "position_options",
     "propagate_turns",
+    "read_blackbox",
+    "read_gopro",
     "read_mcap",
     "register",
     "restore_clipped_rates",

@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -92,9 +92,9 @@ def read(path: Path) -> Content | None:
     if damaged_count:
         notes.append(f"{damaged_count} of {packet_count} packets are damaged: they are left out")
     tables: dict[str, Table] = {}
-    for key, *stream in streams:
+    for key, label, unit, axes, values, packets in streams:
         name = (_SENSORS | _RECEIVERS)[key]
-        table = _make_table(name, camera, stream, notes)
+        table = _make_table(name, camera, _Stream(label, unit, axes, values, packets), notes)
         if table is not None:
             tables.setdefault(name, table)
     if "gyro" not in tables:
@@ -106,12 +106,20 @@ def read(path: Path) -> Content | None:
     return make_content(tables)
 
 
-def _make_table(
-    name: str, camera: str, stream: Sequence[bytes | Floats], notes: Sequence[str]
-) -> Table | None:
+class _Stream(NamedTuple):
+    """A stream as the core returns it: texts in Latin-1, values, and its packets."""
+
+    label: bytes
+    unit: bytes
+    axes: bytes
+    values: Floats
+    packets: Floats
+
+
+def _make_table(name: str, camera: str, stream: _Stream, notes: Sequence[str]) -> Table | None:
     """Return the table of a stream, None if it has no three channels."""
-    label, unit, letters = (text.decode("latin-1") for text in stream[:3] if not _is_array(text))
-    values, packets = (array for array in stream[3:] if _is_array(array))
+    label, unit, letters = (text.decode("latin-1") for text in stream[:3])
+    values, packets = stream.values, stream.packets
     clock = _Packets(*packets.T)
     if values.shape[1] < _FIX_WIDTH or len(values) < 2:
         return None
@@ -132,10 +140,6 @@ def _make_table(
     more = note or "the axes' directions are unknown"
     meta = Metadata(sensor=f"{camera} {name}", axes=axes, notes=(*notes, more))
     return _to_table(columns, meta)
-
-
-def _is_array(value: bytes | Floats) -> bool:
-    return isinstance(value, np.ndarray)
 
 
 def _to_table(columns: dict[str, Column], meta: Metadata) -> Table:
