@@ -286,11 +286,11 @@ class Calibration(Result):
         return f"Calibration({state}; {rests} rests and {turns} turns; frame {self.frame!r})"
 
     def __gyro_prior__(self, unit: str) -> tuple[Floats, Floats, Floats]:
-        """Return the bias, the matrix and its standard deviations for an `Attitude` in this unit."""
+        """Return bias, matrix and its standard deviations for an `Attitude` in this unit."""
         return gyro_prior(self, unit)
 
     def __gyro_correction__(self, name: str) -> Floats:
-        """Return the correction matrix of a sensor for a `GyroArray`, in the unit of its samples."""
+        """Return a sensor's correction matrix in its samples' unit, for a `GyroArray`."""
         return gyro_correction(self, name)
 
     @property

@@ -26,8 +26,8 @@ _DEG: Final = math.pi / 180.0
 _AXES: Final = "xyz"
 _MIN_SCALE: Final = 0.8
 _MAX_SCALE: Final = 1.25
-"""Largest scale of a sensor relative to its unit: four standard deviations of a data sheet plus a
-margin. A larger scale means a mistaken unit or range.
+"""Largest scale of a sensor relative to its unit; a scale beyond the limits means a mistaken unit
+or range. The limits are about four standard deviations of a data sheet from 1.
 """
 
 _MAX_OUTLIER_SHARE: Final = 1 / 3
