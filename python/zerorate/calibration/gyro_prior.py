@@ -51,6 +51,7 @@ def gyro_correction(calibration: Calibration, name: str) -> Floats:
     Raises
     ------
     ValueError
+        If the unit of the samples is not an angular rate.
     """
     gyro = calibration.gyro
     try:

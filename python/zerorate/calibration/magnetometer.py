@@ -281,7 +281,7 @@ class MagnetometerCalibration(Result):
         Returns
         -------
         ndarray, shape (36,)
-            At headings 0, 10, ... 350 deg, root mean square.
+            RMS errors at headings 0, 10, ... 350 deg.
         """
         iron_group = self.groups[self.longest if group is None else group]
         iron = np.array(self.hard_iron if group is None else iron_group.hard_iron, dtype=np.float64)
@@ -307,7 +307,7 @@ class MagnetometerCalibration(Result):
     to_ardupilot = to_ardupilot
 
     def to_json(self, path: str | os.PathLike[str] | None = None) -> str:
-        """Return the calibration as JSON, exact to the last bit; also write it if a path is given."""
+        """Return the calibration as exact JSON, and write it if a path is given."""
         content = {
             "format": _FORMAT,
             "version": _VERSION,

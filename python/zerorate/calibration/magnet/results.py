@@ -143,7 +143,7 @@ def gyro_result(
 
 
 def _field_residuals(ticks: Ticks, choice: IronChoice) -> Floats:
-    """Return the residual field of each second relative to the field of the nearest window."""
+    """Return the residual field of each second relative to the nearest window's field."""
     group = np.zeros(ticks.n, dtype=np.int64)
     for span in choice.spans:
         group[span.tick_indices(ticks)] = span.group
@@ -210,7 +210,7 @@ def _rotation_vector(choice: IronChoice) -> Vector:
 def _field_and_dip(
     choice: IronChoice, matrix: Floats, norm: float
 ) -> tuple[Coefficient, Coefficient]:
-    """Return the magnitude and dip of the mean field, with the uncertainty of hard and soft iron."""
+    """Return magnitude and dip of the mean field, with their errors from hard and soft iron."""
     fields = choice.fit.fields
     h, back = fields.mean(axis=0), choice.ticks.inverse_rotation
     turn = choice.ticks.rotation
