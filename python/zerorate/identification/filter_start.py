@@ -117,7 +117,7 @@ def to_filter(
         One model per axis. The filter has the largest of their orders. Missing coefficients of a
         model are zero and stay zero.
     rate, method, adapt_for, **options
-        As for `ArmaModel.to_filter`; the filter has `channels` = number of models.
+        As for `ArmaModel.to_filter`. `channels` is the number of models.
 
     Raises
     ------
