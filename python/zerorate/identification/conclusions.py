@@ -143,7 +143,7 @@ _COARSE_STEP_SIGMAS: Final = 0.5
 """Ratio of step to standard deviation above which quantisation alone fails tests of normality."""
 
 _MAX_ODDITY: Final = 0.1
-"""Largest skewness, or half of the excess kurtosis, of a distribution that is Gaussian in practice."""
+"""Largest skewness, or half of the excess kurtosis, of a practically Gaussian distribution."""
 
 _REMEDY: Final = "subtract a linear trend, or use a filter with a random walk"
 

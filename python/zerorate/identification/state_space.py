@@ -176,8 +176,7 @@ class StateSpace:
         return model._arma_numbers()
 
     def to(self, form: Form) -> StateSpace:
-        """Return the same drift and R in another form; `ArmaModel.to_state_space` describes the
-        forms.
+        """Return the same drift and R in another form (see `ArmaModel.to_state_space`).
 
         Raises
         ------

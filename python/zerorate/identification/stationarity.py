@@ -217,7 +217,7 @@ def adf(z: npt.ArrayLike, lags: int | None = None) -> Verdict:
 
 
 def _adf_statistic(record: Floats, order: int) -> tuple[float, int]:
-    """Return the sum of the coefficients minus 1, over its standard error, and the residuals used."""
+    """Return the sum of the coefficients minus 1, over its error, and the residuals used."""
     model = fit_ar(record, order)
     variance = float(model.covariance[:order, :order].sum())
     # The covariance contains the residuals' mean square; the test divides by the degrees of
