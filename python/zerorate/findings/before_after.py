@@ -74,7 +74,7 @@ class Change:
 
     @property
     def verdict(self) -> Verdict:
-        """Verdict on the change: by severity first, then by a change beyond three standard errors."""
+        """Verdict on the change: by severity, then by a change above three standard errors."""
         before, after = self.before, self.after
         if before is None:
             return "only after" if self.finding.severity == "good" else "new"

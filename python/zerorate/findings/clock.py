@@ -161,7 +161,7 @@ def _gap_angle_error(sensor: Sensor, firsts: Integers, lengths: Integers) -> flo
 
 
 def _trial_errors(sensor: Sensor, first: int, length: int) -> Floats:
-    """Return the errors of linear interpolation over simulated gaps near a gap, in the log's unit."""
+    """Return the errors of linear interpolation over simulated gaps, in the log's unit."""
     data, reach = sensor.log.data, max(_TRIAL_RANGE_GAPS * length, round(sensor.log.rate))
     low, high = max(1, first - reach), min(sensor.log.n - length - 1, first + reach)
     errors = []
