@@ -67,7 +67,7 @@ def convert_units(calibration: Calibration, gyro: str, accel: str) -> Calibratio
 
 
 def _unit_factor(own: str, wanted: str, sensor: Sensor) -> float:
-    """Return the factor from the calibration's unit to that of the samples."""
+    """Return the factor from the calibration's unit to the unit of the samples."""
     if own == wanted:
         return 1.0
     if wanted not in UNITS or own not in UNITS:
@@ -245,7 +245,7 @@ def apply(
     LogError
         If no sensor has three axes.
     ValueError
-        If the units do not match those of the calibration, or an array has another shape.
+        If a unit does not match the calibration's unit, or an array has another shape.
     TypeError
         If `samples` is a data frame, because its columns may be in another order.
     """

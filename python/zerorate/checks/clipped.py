@@ -117,7 +117,7 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredG
     gyro : array_like, shape (n, 3)
         Rates, rad/s. A row that is not finite counts as missing and stays missing.
     rate : float
-        Samples per second; by default that of a `Log`.
+        Sampling rate, Hz. Default: the rate of a `Log`.
 
     Returns
     -------

@@ -34,7 +34,7 @@ class Costs:
     null : ndarray, shape (windows,)
         Costs of force or field in sensor axes, without any gyro.
     floor : float
-        Root of the smallest cost that any model reaches.
+        Root of the smallest cost that a model reaches.
     """
 
     costs: Floats

@@ -94,7 +94,7 @@ def _window_means(force: Floats, length: int) -> Floats:
 def restore_gravity(
     recording: Recording, accel: str, needed: bool, gyro: str = "gyro"
 ) -> tuple[Recording, tuple[str, ...], tuple[str, ...]]:
-    """Add gravity to an accelerometer whose samples lack it.
+    """Add gravity to an accelerometer without gravity in its samples.
 
     Parameters
     ----------

@@ -109,7 +109,7 @@ def _find_harmonic(
     for times in (0.5, 1.5, 2.0, 3.0, 4.0):
         other_bin = times * first
         has_other = _has_peak_at(stands, other_bin, 1)[other_bin < half]
-        if has_other.size and np.mean(has_other) > 0.5:  # else there is none to confuse it with
+        if has_other.size and np.mean(has_other) > 0.5:  # no other peaks to confuse
             usable &= np.abs(alias_bins - other_bin) > _RESOLUTION_BINS + width
     if np.count_nonzero(usable) < _MIN_WINDOWS:
         return None

@@ -40,7 +40,7 @@ def autopilot_findings(recording: Recording) -> Iterator[Finding]:
 
 
 def rows_of(recording: Recording, topics: tuple[str, ...]) -> Iterator[tuple[str, TopicRows]]:
-    """Yield the rows of topics whose name starts with a prefix; the log is opened again."""
+    """Yield the rows of topics with a name prefix; the log is opened again."""
     if all(log.meta.get("format") not in _FORMATS for log in recording.values()):
         return
     start = start_time(recording)

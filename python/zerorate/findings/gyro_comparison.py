@@ -61,7 +61,7 @@ class _Cells(NamedTuple):
 
 
 class _GyroIntegral:
-    """Integral of a gyro: a piecewise cubic whose derivative equals the samples."""
+    """Integral of a gyro: a piecewise cubic with the samples as derivative."""
 
     def __init__(self, sensor: Sensor) -> None:
         increasing = np.append(True, np.diff(sensor.log.sampled) > 0.0)

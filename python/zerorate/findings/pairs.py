@@ -61,7 +61,7 @@ def _compare_pair(one: Imu, other: Imu) -> Iterator[Finding]:
     present = np.logical_and.reduce([s.blocks.present[:count] for s in sensors])
     difference = _compare_turning(one, other, present)
     if difference is not None and difference.correlation < MIN_CORRELATION:
-        return  # of two bodies
+        return  # on two bodies
     calm = one.still[:count] & other.still[:count] & present
     has_rotation = (
         difference is not None

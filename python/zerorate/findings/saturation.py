@@ -121,7 +121,7 @@ def _find_hard_limit(
 def _smallest_step(column: Floats, largest: float, half_range: float) -> float:
     """Return the smallest difference of the highest values: their step, if they are on a grid."""
     values = column[:0]
-    for part in (0.02, 0.2, 2.1):  # all of it is a copy of a long log
+    for part in (0.02, 0.2, 2.1):  # the whole column is a copy
         if values.size < _TOP_SAMPLES:
             values = column[column >= largest - part * half_range]
     steps = np.diff(

@@ -56,7 +56,7 @@ def _check_imu(imu: Imu, thermometer: Log) -> Finding:
         model = TemperatureModel.fit(
             rates, temperature, 1.0 / BLOCK_S, rests=imu.still, unit="deg/s"
         )
-    except ValueError:  # fewer means than it needs
+    except ValueError:  # too few means for a fit
         return _describe_unidentifiable(imu, "the rests are too few")
     low, high = model.range
     known_axes = [k for k, slope_estimate in enumerate(model.slopes) if slope_estimate.identifiable]

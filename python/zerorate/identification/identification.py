@@ -238,7 +238,7 @@ def identify(
     z : array_like, shape (n,)
         Record of one axis, NaN where a sample is missing.
     rate : float
-        Samples per second, Hz; by default that of a `Log`.
+        Sampling rate, Hz. Default: the rate of a `Log`.
     name, unit : str
         Name and unit of the axis, for the report. Default: from a `Log`, or from the name of a
         column.

@@ -301,7 +301,7 @@ def _rms(error: Floats) -> float:
 
 
 def _limit_cycle(model: NetworkModel, past: Floats) -> float:
-    """Return the standard deviation of the last third of a free run, over that of the record."""
+    """Return the standard deviation of the last third of a free run, over the record's."""
     x, path = past.copy(), np.empty(FREE_RUN_STEPS)
     for k in range(FREE_RUN_STEPS):
         path[k] = np.tanh(model.weights @ x + model.biases) @ model.output + model.offset

@@ -40,7 +40,7 @@ def at_one(coefficients: Floats) -> float:
 
 def is_stationary(phi: Floats) -> bool:
     """Return True if all reciprocal roots of 1 - phi_1 x - ... lie inside the unit circle."""
-    if np.abs(phi).sum() < 1.0:  # sufficient, and quick
+    if np.abs(phi).sum() < 1.0:  # sufficient and fast
         return True
     return at_one(-phi) > 0.0 and bool(np.all(np.abs(inverse_roots(-phi)) < 1.0))
 

@@ -172,7 +172,7 @@ def prepare(
     z : array_like, shape (n,)
         Samples in any unit; values that are not finite count as missing.
     rate : float, optional
-        Samples per second, Hz; by default that of a `Log`.
+        Sampling rate, Hz. Default: the rate of a `Log`.
     smooth : int, default 1
         Width of a moving average in samples. Default 1, no smoothing. A moving average makes the
         noise correlated (see `moving_average`).

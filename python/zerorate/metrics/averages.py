@@ -99,7 +99,7 @@ def best_ema(
     raw : array_like, shape (n,) or (n, k)
         Gyro output in any unit.
     rate : float
-        Samples per second, Hz; by default that of a `Log`.
+        Sampling rate, Hz. Default: the rate of a `Log`.
     horizon : float, optional
         Coasting time, s: the error is then `coasting_error`. Give either this or `truth`.
     truth : array_like, shape of `raw`, optional
@@ -183,7 +183,7 @@ def best_shared_ema(signal: Floats, truth: Floats, first: int) -> Floats:
     signal, truth : ndarray, shape (n, k)
         Output and true drift of k gyros.
     first : int
-        Index of the first sample whose error counts.
+        Index of the first sample to include in the error.
     """
     gains = SHARED_GAINS[:, np.newaxis]
     x = np.zeros((SHARED_GAINS.size, signal.shape[1]))

@@ -72,7 +72,7 @@ def motion_error(
     reference, estimate : array_like, shape (n,) or (n, k)
         True or independently measured rate, and the filter's output, in the same unit.
     rate : float
-        Samples per second, Hz; by default that of a `Log`.
+        Sampling rate, Hz. Default: the rate of a `Log`.
     max_delay : float, default 1
         Longest delay to search, s (see `delay`).
     raw : array_like, the same shape, optional
@@ -157,7 +157,7 @@ def delay(
     reference, estimate : array_like, shape (n,) or (n, k)
         True or independently measured rate, and the filter's output, in the same unit.
     rate : float
-        Samples per second, Hz; by default that of a `Log`.
+        Sampling rate, Hz. Default: the rate of a `Log`.
     max_delay : float
         Lags from -max_delay to max_delay are searched, s. Default 1. The first and last `max_delay`
         seconds of the reference are not used, so that all lags are compared on the same samples.

@@ -219,7 +219,7 @@ def orientation_error_growth(
     quaternions : array_like, shape (n, 4), or scipy Rotation of length n
         Reference orientation w, x, y, z, from sensor to world, of any length.
     rate : float
-        Samples per second, Hz; by default that of a `Log`.
+        Sampling rate, Hz. Default: the rate of a `Log`.
     horizons : sequence of float, default 1, 10 and 60
         Horizons, s, rounded to whole samples.
     every : float, default 0.5

@@ -115,7 +115,7 @@ def settling_time(
     tolerance : float
         Largest difference, in the unit of the data.
     rate : float
-        Samples per second, Hz; by default that of a `Log`.
+        Sampling rate, Hz. Default: the rate of a `Log`.
 
     Returns
     -------

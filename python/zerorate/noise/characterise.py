@@ -267,5 +267,5 @@ def _try_fit(
         model = fit()
     except ValueError as error:
         return None, str(error)
-    assert isinstance(model, FittedModel)  # one axis has one model
+    assert isinstance(model, FittedModel)  # a single axis has a single model
     return model, ""

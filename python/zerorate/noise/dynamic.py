@@ -88,7 +88,7 @@ def dynamic_allan(
     z : array_like, shape (n,)
         Rates; values that are not finite count as missing.
     rate : float
-        Samples per second, Hz; by default that of a `Log`.
+        Sampling rate, Hz. Default: the rate of a `Log`.
     window : float, optional
         Length of the window, s. Default: a tenth of the record. Averaging times end at a tenth of
         the window, because longer ones would be too uncertain.

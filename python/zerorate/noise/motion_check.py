@@ -77,7 +77,7 @@ class Span(NamedTuple):
 
 
 class Step(NamedTuple):
-    """Change between the means of successive seconds, relative to the usual change, and its time."""
+    """Change between means of successive seconds, relative to the usual change, and its time."""
 
     size: float
     time: float
@@ -101,7 +101,7 @@ def moving_spans(z: npt.ArrayLike, rate: float | None = None) -> tuple[Span, ...
         Gyro output of one axis in any unit; values that are not finite count as missing. The sensor
         must be at rest for at least a quarter of the time.
     rate : float
-        Samples per second, Hz; by default that of a `Log`. Below 10 Hz a window has 10 samples.
+        Sampling rate, Hz. Default: the rate of a `Log`. Below 10 Hz a window has 10 samples.
 
     Returns
     -------

@@ -68,7 +68,7 @@ def choose_prior(record: Record, name: PriorName) -> Prior:
 def nominal_sensors(record: Record, prior: Prior) -> Sensors:
     """Return both sensors before calibration: one scale each, without errors.
 
-    For an accelerometer of unknown unit, the scale is that of the sphere through the poses.
+    For an accelerometer of unknown unit, the scale follows from the sphere through the poses.
     """
     accel, _ = prior.sizes
     bias, matrix = np.zeros(3), np.eye(3)

@@ -290,9 +290,9 @@ def mean_variances(
 ) -> tuple[Floats, Floats]:
     """Return the variances of the means at rests: usual variances, and individual variances.
 
-    The usual variance is that of rounding plus the larger of two: white noise, or the median
-    difference between the halves of all rests. The individual variance uses the halves or quarters
-    of the rest, whichever differ more. Quarters also detect a motion and its return.
+    The usual variance is the variance of rounding plus the larger of two: white noise, or the
+    median difference between the halves of all rests. The individual variance uses the halves or
+    quarters of the rest, whichever differ more. Quarters also detect a motion and its return.
     """
     if not rests:
         return np.zeros((0, 3)), np.zeros((0, 3))

@@ -140,7 +140,7 @@ def zero_unknown_directions(values: Floats, matrix: Floats, groups: int) -> Floa
 
 
 def soft_sigma_ratios(matrix: Floats, soft: tuple[int, ...]) -> Floats:
-    """Return the standard deviations of elements over those of the prior."""
+    """Return the standard deviations of elements, over the prior's standard deviations."""
     ratios: Floats = np.sqrt(np.diagonal(matrix)[list(soft)]) / _SOFT_PRIOR_SIGMA
     return ratios
 
@@ -157,7 +157,7 @@ def held_out_squares(ticks: Ticks, group: Integers, soft: tuple[int, ...] | None
     """Return the squared residual of each tick in held-out blocks, shape (n,).
 
     Four folds of interleaved blocks are left out in turn. Each block has its own field. If ``soft``
-    is None, the residuals are those of raw samples.
+    is None, raw samples are used.
     """
     fold = np.empty(ticks.n, dtype=np.int64)
     block = np.empty(ticks.n, dtype=np.int64)
