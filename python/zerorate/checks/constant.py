@@ -1,5 +1,4 @@
-"""Detection of sensors without a measurement: unused fields, dead axes, stuck magnetometers.
-"""
+"""Detection of sensors without a measurement: unused fields, dead axes, stuck magnetometers."""
 
 from __future__ import annotations
 

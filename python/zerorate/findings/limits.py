@@ -41,8 +41,7 @@ class Limit:
     source: str
 
     def severity(self, value: float, sigma: float = 0.0) -> Severity:
-        """Return the severity of a value; for "act" it exceeds the bound by two standard errors.
-        """
+        """Return the severity of a value; for "act" it exceeds the bound by two standard errors."""
         if value - 2.0 * sigma >= self.act:
             return "act"
         return "look" if value >= self.look else "good"

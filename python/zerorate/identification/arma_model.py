@@ -196,8 +196,7 @@ class ArmaModel(Result):
 
     @property
     def mean(self) -> float:
-        """Mean of the process, c / (1 - phi_1 - ... - phi_p); NaN for a walk with a constant.
-        """
+        """Mean of the process, c / (1 - phi_1 - ... - phi_p); NaN for a walk with a constant."""
         if not self.constant:
             return 0.0
         rest = at_one(-self.phi)

@@ -111,8 +111,7 @@ class Identification(Result):
 
     @cached_property
     def slow_ratio(self) -> float:
-        """Variance of the segments' means over the model's; about 1 if the model is complete.
-        """
+        """Variance of the segments' means over the model's; about 1 if the model is complete."""
         return compute_slow_ratio(self)
 
     @property

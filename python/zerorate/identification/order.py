@@ -104,8 +104,7 @@ class OrderSelection:
 
     @property
     def clear(self) -> Order:
-        """Orders (p, q) with the fewest coefficients within `margin` of the minimum.
-        """
+        """Orders (p, q) with the fewest coefficients within `margin` of the minimum."""
         scores = self.scores
         beyond = scores > scores.min() + self.margin
         return self.orders[np.lexsort((scores, self.n_coefficients, beyond))[0]]

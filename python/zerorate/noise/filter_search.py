@@ -141,7 +141,7 @@ def _amplitude(search: Search, fit: Fit, counts: Floats, covariance: Floats, i: 
 
 
 def _average(search: Search, fits: Sequence[Fit], counts: Floats) -> Filtered:
-    """Return the mean over all filters that explain a density nearly as well as the best filter."""
+    """Return the mean over all filters that fit a density nearly like the best filter."""
     least = min(fit.bic for fit in fits)
     near = [fit for fit in fits if fit.bic <= least + _AVERAGED_BIC]
     odds = np.exp([-0.5 * (fit.bic - least) for fit in near])

@@ -293,8 +293,7 @@ class AllanResult(Result):
         return np.array(indices, dtype=np.intp)
 
     def _make_curve(self, scale: float) -> Curve:
-        """Return the curve for a fit, without reflection, with deviations in units of `scale`.
-        """
+        """Return the curve for a fit, without reflection, with deviations in units of `scale`."""
         used, kind = self._select_taus(_TAUS_PER_OCTAVE), KINDS[self.kind]
         m, edf = self.factors[used], self.edf[used]
         variance = (self.rate_deviation[used] / scale) ** 2

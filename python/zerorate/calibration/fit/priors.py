@@ -156,8 +156,7 @@ def _fit_gyro_matrix(record: Record, accel: Floats, bias: Floats) -> Floats:
 
 
 def _typical_miss(record: Record, matrix: Floats) -> float:
-    """Return the median error angle of propagated gravity, as a share of the rotation.
-    """
+    """Return the median error angle of propagated gravity, as a share of the rotation."""
     # A wrong unit makes many turns of one. The error angle is bounded, so the angle is bounded
     # here.
     nominal = Sensors(np.eye(3), np.zeros(3), matrix, np.zeros((3, 3)))

@@ -94,8 +94,7 @@ class Record:
 
     @property
     def spans(self) -> Integers:
-        """First and last (exclusive) index of each rotation in the joined samples, shape (m, 2).
-        """
+        """First and last (exclusive) index of each rotation in the joined samples, shape (m, 2)."""
         ends = np.cumsum([0, *(turn.last - turn.first for turn in self.turns)])
         return np.stack([ends[:-1], ends[1:]], axis=1).astype(np.int64)
 
@@ -184,8 +183,7 @@ class Solution:
 
     @property
     def without_g(self) -> Sensors:
-        """Models of both sensors without G, as fitted if G was not subtracted in the rotations.
-        """
+        """Models of both sensors without G, as fitted if G was not subtracted in the rotations."""
         return replace(self.sensors, sensitivity=np.zeros((3, 3)))
 
 

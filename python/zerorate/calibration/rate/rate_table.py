@@ -316,8 +316,7 @@ class _Table(NamedTuple):
         return _Table(self.own[rows], self.cross[rows], self.means[rows], self.sigma[rows])
 
     def design(self, terms: Sequence[Term], largest: float) -> Floats:
-        """Return the columns 1, own rate, cross rates and terms, relative to the largest rate.
-        """
+        """Return the columns 1, own rate, cross rates and terms, relative to the largest rate."""
         w = self.own / largest
         bends = {"quadratic": w**2, "cubic": w**3, "asymmetry": np.abs(w)}
         columns = [np.ones_like(w), w, *(self.cross.T / largest), *(bends[t] for t in terms)]
