@@ -211,7 +211,7 @@ class MagnetometerCalibration(Result):
         return replace(recording, logs=logs)
 
     def _check_device(self, before: Floats, after: Floats) -> None:
-        """Raise LogError if the correction makes the field more uneven: it is of another device."""
+        """Raise LogError if the calibration is of another device: the field is then more uneven."""
         unevenness_before, (size, unevenness) = (
             _measure_unevenness(before)[1],
             _measure_unevenness(after),

@@ -41,8 +41,8 @@ def lacks_gravity(accel: Log, gyro: Log | None = None) -> bool:
 
     The evidence is the mean force in windows of 0.25 s. With gravity the smallest means are near 1
     g in any motion. Without gravity an oscillating acceleration passes through zero. A sensor in
-    free fall looks the same. If most forces are large, as on a runner's foot, the evidence is the
-    mean force in the windows of 0.1 s with the least rotation, while the foot is on the ground.
+    free fall looks the same. If most forces are large, as on a runner's foot, other windows are
+    used: the windows of 0.1 s with the least rotation, while the foot is on the ground.
 
     Parameters
     ----------

@@ -28,9 +28,11 @@ _LINE_FACTOR: Final = math.sqrt(1.5)
 def find_spikes(fixes: Fixes) -> tuple[Booleans, Booleans]:
     """Return the masks of isolated positions and isolated velocities, shape (m,) each.
 
-    A fix is isolated if its distance from the line between its neighbours exceeds three limits: six
-    standard deviations, eight medians of the distance that motion causes, and the neighbours' own
-    distances.
+    A fix is isolated if its distance from the line between its neighbours exceeds three limits:
+
+    - six standard deviations;
+    - eight medians of the distance that motion causes;
+    - the neighbours' own distances.
     """
     position = fixes.position
     known = np.isfinite(position[:, :2]).all(axis=1)

@@ -34,9 +34,9 @@ _DELAY_TOLERANCE_S: Final = 1e-5
 class GyroDifference(NamedTuple):
     """Difference of a second gyro from a first.
 
-    The rate of the first gyro at t is the rate of the second at t + delay, rotated by `matrix` and
-    multiplied by `scale` along the axes of the first gyro. Standard errors are infinite if
-    rotations do not determine the quantity.
+    To get the rate of the first gyro at t, take the rate of the second gyro at t + delay. Rotate it
+    by `matrix` and multiply it by `scale` along the axes of the first gyro. Standard errors are
+    infinite if rotations do not determine the quantity.
     """
 
     correlation: float

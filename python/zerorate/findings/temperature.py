@@ -19,7 +19,7 @@ from zerorate.record.recording import Recording
 from zerorate.types import Floats
 
 _MIN_REST_S: Final = 60.0
-"""Least total time at rest for a slope, s."""
+"""Smallest total time at rest for a slope, s."""
 _MIN_READINGS: Final = 2
 _ADVICE: Final = (
     "Record at rest for half an hour or more while it warms up from cold and cools down again: "

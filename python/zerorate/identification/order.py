@@ -225,8 +225,8 @@ def scores_above_minimum(orders: OrderSelection, name: Criterion) -> Floats:
 def fpe(sigma2: npt.ArrayLike, n: int, k: npt.ArrayLike) -> Floats:
     """Return the final prediction error, sigma2 (n + k) / (n - k).
 
-    It is the variance of the fitted model's prediction error on another record of the process, in
-    the squared unit of the record.
+    It is the variance of the fitted model's prediction error on another record of the process. The
+    unit is the squared unit of the record.
 
     Notes
     -----

@@ -19,8 +19,8 @@ def moving_average(z: npt.ArrayLike, width: int) -> Floats:
     """Return the mean of a window centred on each sample.
 
     It makes noise correlated. With a width of w, white noise gets a correlation of (w - j)/w at lag
-    j < w: for w = 5 it is 0.8 at lag 1. An AR model of the result describes the window as much as
-    the sensor.
+    j < w, for example 0.8 at lag 1 for w = 5. An AR model of the result describes the window as
+    much as the sensor.
 
     Parameters
     ----------

@@ -116,7 +116,7 @@ def best_ema(
     ------
     ValueError
         If not exactly one of `horizon` and `truth` is given, or `start` is negative or after the
-        record's end; and for the reasons of `coasting_error` and `rmse`.
+        end of the record; or as in `coasting_error` and `rmse`.
 
     Examples
     --------

@@ -86,14 +86,14 @@ class Step(NamedTuple):
 def moving_spans(z: npt.ArrayLike, rate: float | None = None) -> tuple[Span, ...]:
     """Return the time spans in which a sensor was not at rest.
 
-    A one-second window counts as motion if its variance, or the step of the mean to the next
-    window, is far outside the range of quiet windows. Windows of motion are merged across pauses
-    under 5 s.
+    A one-second window counts as motion if its variance is far outside the range of quiet windows,
+    or if the mean's step to the next window is. Windows of motion are merged across pauses under 5
+    s.
 
     Rotation at a constant rate looks like a bias and is detected only at its beginning and end.
-    Motion without a pause is detected if its period exceeds about 4 s and its second means change
-    by more than about 25 standard deviations of the noise. Otherwise it looks like noise. Strong
-    vibration and outliers count as motion; `hampel` removes outliers.
+    Motion without a pause is detected under two conditions: its period exceeds about 4 s, and its
+    second means change by more than about 25 standard deviations of the noise. Otherwise it looks
+    like noise. Strong vibration and outliers count as motion; `hampel` removes outliers.
 
     Parameters
     ----------

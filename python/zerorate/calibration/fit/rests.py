@@ -290,9 +290,10 @@ def mean_variances(
 ) -> tuple[Floats, Floats]:
     """Return the variances of the means at rests: usual variances, and individual variances.
 
-    The usual variance is the variance of rounding plus the larger of two: white noise, or the
-    median difference between the halves of all rests. The individual variance uses the halves or
-    quarters of the rest, whichever differ more. Quarters also detect a motion and its return.
+    The usual variance is the variance of rounding plus a larger part: white noise, or the median
+    difference between the halves of all rests, whichever is larger. The individual variance uses
+    the halves or the quarters of the rest, whichever differ more. Quarters also detect a motion and
+    its return.
     """
     if not rests:
         return np.zeros((0, 3)), np.zeros((0, 3))
@@ -329,8 +330,8 @@ def _add_sigmas(
 def find_clipped_axes(accel: Sensor, rests: Sequence[Rest], stillness: Stillness) -> list[str]:
     """Return the axis of each rest that is at the end of the accelerometer's range, or "".
 
-    Many samples of such an axis have one value, the largest or smallest of the record, although its
-    noise is larger than the step between values.
+    Many samples of such an axis have one value, the largest or smallest of the record. Its noise is
+    nevertheless larger than the step between values.
     """
     ends = np.nanmin(accel.data, axis=0), np.nanmax(accel.data, axis=0)
     step = stillness.step["accel"]

@@ -272,8 +272,8 @@ def compute_held_out_errors(
     """Return the errors of `compute_errors` at rests and rotations excluded from the fit.
 
     Each quarter of the rests, in the order of time, is left out in turn, with the rotations that
-    begin or end in it. The result is None if three quarters of the rests are too few, or do not
-    determine the sensors well enough: the errors would not characterise the whole fit.
+    begin or end in it. The result is None if three quarters of the rests are too few, or determine
+    the sensors badly. The errors would then not characterise the whole fit.
     """
     count = len(record.rests)
     if count * (_FOLD_COUNT - 1) // _FOLD_COUNT < _MIN_TRAINING_RESTS:

@@ -90,7 +90,7 @@ def turn_biases(turns: Sequence[Turn], rests: Sequence[Rest], at_rest: Floats) -
     """Return the gyro's bias in each rotation from the biases at all rests, shape (m, 3).
 
     It is the mean of the rests before and after, weighted by their length up to ten seconds. A rest
-    with motion is used only if the other has motion, too.
+    with motion is used only if the other rest also has motion.
     """
     length = np.array([min(rest.stop - rest.start, _MAX_WEIGHED_S) for rest in rests])
     length *= np.where([bool(rest.reason) for rest in rests], _MOTION_WEIGHT, 1.0)

@@ -30,9 +30,9 @@ _MAX_SCATTER_RATIO: Final = 0.40
 _MIN_CHI_SQUARED: Final = 25.0
 _IRON_SIZES: Final = (0.10, 0.25)
 _MAX_RATIOS_BY_SIZE: Final = (_MAX_SCATTER_RATIO, 0.7)
-"""Largest scatter after removal of a hard iron, relative to the raw scatter, for irons of the two
-sizes in `_IRON_SIZES`. Between these it is interpolated. Buildings cause changes of a tenth of the
-field, but not of a quarter.
+"""Largest remaining scatter, relative to the raw scatter, for the two sizes of hard iron in
+`_IRON_SIZES`; interpolated between them. Buildings change the field by a tenth, but not by a
+quarter.
 """
 _MAX_IMPROVED_RATIO: Final = 0.85
 _MAX_ELEMENT: Final = 0.6

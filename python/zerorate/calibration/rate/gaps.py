@@ -29,9 +29,9 @@ def bridge(rates: Floats, dt: float) -> BridgedRates:
 
     At the ends of the record the nearest sample is held.
 
-    The error is measured on the record: every interval of this length without a gap is interpolated
-    in the same way, and the error of the angle is computed. If no interval is long enough, the rate
-    in the gap may have been any rate of the record.
+    The error is measured on the record. Every interval of this length without a gap is interpolated
+    in the same way, which gives errors of the angle. If no interval is long enough, the rate in the
+    gap may have been any rate of the record.
 
     Parameters
     ----------

@@ -116,9 +116,9 @@ def _block_means(values: Floats, number: Integers, counts: Integers) -> Floats:
 def find_still_samples(rates: Floats, rate: float) -> Booleans:
     """Return the mask of samples at rest, shape (n,), from rates of shape (n, k).
 
-    A window of half a second is at rest if no axis, about a straight line, has more than five times
-    its variance at rest. Its neighbouring windows must satisfy this, too. A rotation at constant
-    rate counts as rest.
+    The variance of each axis about a line is computed in windows of half a second. A window is at
+    rest if no axis exceeds five times its variance at rest. Its neighbouring windows must also be
+    at rest. A rotation at constant rate counts as rest.
     """
     n, size = len(rates), max(round(_WINDOW_S * rate), 8)
     count = n // size
