@@ -169,7 +169,8 @@ class MagnetometerCalibration(Result):
         Parameters
         ----------
         samples : Recording or array_like, shape (n, 3)
-            Samples in the calibration's `unit`. They are returned unchanged if nothing is applied.
+            Recording, or samples in the calibration's `unit`. They are returned unchanged if
+            nothing is applied.
         time : array_like, shape (n,), optional
             Times of the samples, s, on the clock of this calibration's recording. Each sample is
             then corrected by the hard iron of its span. Without times, or for another recording,

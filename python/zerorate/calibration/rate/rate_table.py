@@ -225,8 +225,8 @@ def calibrate_rate_table(
     Raises
     ------
     ValueError
-        If shapes disagree, numbers are not finite, or a sigma or count is not positive. If all
-        rates are equal, there are not more means than coefficients of a line, or the fitted
+        If shapes disagree, numbers are not finite, or a sigma or count is not positive. Also if all
+        rates are equal, if there are not more means than coefficients of a line, or if the fitted
         response cannot be inverted.
 
     Notes

@@ -336,7 +336,8 @@ def _total_rotation(angle: Floats, width: int) -> Floats:
 class _Moments(NamedTuple):
     """Sums over the windows of each part: products of time, x, way and y, shape (parts, 4, 4).
 
-    x is the reference's rotation over a window. The way is the sum of its absolute rotations.
+    x is the reference's rotation over a window. The way is the sum of the absolute rotations in its
+    pieces.
     """
 
     sums: Floats
