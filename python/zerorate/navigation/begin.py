@@ -366,7 +366,7 @@ class _Search:
         clock = self._find_clock(start, initial_offset)
         if clock is None or not clock.differs(initial_offset, _MIN_OFFSET_S):
             if clock is not None and self._takes_arm(clock):
-                # Clock and antenna belong together: if only their sum is identifiable, take both.
+                # Take clock and antenna from one estimate: the data may not separate them.
                 return self._find_start(clock), clock, clock, ""
             return start, initial_offset, clock, ""
         values = ", ".join(

@@ -1,4 +1,4 @@
-"""JSON Schemas of the package's JSON files: one for each format and version."""
+"""JSON Schemas of the package's JSON files, one per format and version."""
 
 import json
 from importlib.resources import files
@@ -18,8 +18,8 @@ def load_schema(name: str) -> dict[str, Any]:
     Parameters
     ----------
     name : {"report", "check", "batch"}
-        The report of `zerorate.report`, the checks of `zerorate.check`, or the record that
-        `zerorate.batch` writes next to each output.
+        "report" is the report of `zerorate.report`. "check" is the result of `zerorate.check`.
+        "batch" is the record that `zerorate.batch` writes next to each output.
 
     Returns
     -------
@@ -29,7 +29,7 @@ def load_schema(name: str) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        If there is no such format.
+        If the format does not exist.
 
     Examples
     --------
