@@ -133,8 +133,8 @@ def fuse_accelerometers(
     the rate determines alpha better, in fast motion the accelerometers do.
 
     Lever arms are not needed for the mean of sensors that are evenly spread around the origin. They
-    are needed in three cases: a sensor is missing or has less weight, the origin is elsewhere, or a
-    faulty sensor must be distinguished from motion.
+    are needed if a sensor is missing or has less weight, or if the origin is elsewhere. They are
+    also needed to distinguish a faulty sensor from motion.
 
     With three sensors or more, outliers from the median of the other sensors are left out. A single
     sample is left out at once. A sensor is left out if its mean over a quarter second is an
@@ -632,8 +632,8 @@ def _solve_block(force: Floats, information: Floats, motion: _Motion | None) -> 
     """Return the force at the origin, by least squares.
 
     Relative to their weighted mean position, the sensors show the angular acceleration alone. The
-    equations are those of a rigid body with the sensors' information as masses. With inertia J: J
-    alpha = sum of r x force.
+    equations describe a rigid body with the sensors' information as masses. With inertia J: J alpha
+    = sum of r x force.
     """
     if motion is not None:
         force = force - motion.centripetal

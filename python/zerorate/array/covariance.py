@@ -110,8 +110,8 @@ class AllanCovariance(Result):
 
         Raises
         ------
-        If drift weights have less than 900 s of record per gyro, a gyro is constant, or fewer than
-        two averaging times are available. Also if an argument is out of range.
+        If drift weights have less than 900 s of record per gyro, or a gyro is constant. Also if
+        there are fewer than two averaging times, or an argument is out of range.
 
         Notes
         -----
@@ -120,11 +120,11 @@ class AllanCovariance(Result):
         the horizon (R. J. Vaccaro, A. S. Zaki, "Reduced-drift virtual gyro from an array of
         low-cost gyros", Sensors 17(2):352, 2017).
 
-        Chance correlations look like true correlations. For N gyros and T seconds of record, Q is
-        therefore moved towards its diagonal by the share N / (N + T/256 s).
+        Chance correlations look like true correlations. Q is therefore moved towards its diagonal
+        by the share N / (N + T/256 s), for N gyros and a record of length T.
 
         The gain is found on each eighth of the record, with weights from the other seven eighths.
-        Its standard error comes from leaving out one eighth at a time. If the horizon is among the
+        Its standard error comes from leaving out each eighth in turn. If the horizon is among the
         averaging times with well known Allan deviations, the gain is the ratio of these deviations.
         Beyond them it comes from the fitted noise.
 
@@ -184,8 +184,8 @@ def allan_covariance(
     Raises
     ------
     ValueError
-        If `z` does not have two dimensions, the record is too short, or the gyros never have a
-        sample at the same time. Also if an argument is out of range.
+        If `z` does not have two dimensions, or the record is too short. Also if the gyros never
+        have a sample at the same time, or an argument is out of range.
 
     Notes
     -----

@@ -177,8 +177,7 @@ def find_rotations(
     ------
     LogError
         If a sensor never rests, or there are less than 3 s of common motion. Also if the motion is
-        about one direction only, or a sensor does not rotate with the first sensor or has mirrored
-        axes.
+        about one direction only, or a sensor has mirrored axes or does not rotate with the first.
     ValueError
         If `z` has another shape, or an argument is out of range.
 

@@ -281,9 +281,9 @@ def attitude_of(
         from sensor to earth. With a reference, the errors are computed.
     frame : {"enu", "ned", "nwu"}
         Earth axes: "enu" is east, north, up; "ned" is north, east, down; "nwu" is north, west, up.
-        North is magnetic north, or true north with `declination`. Default "enu". The default is
-        "ned" if the gyro's log states axes forward, right, down, such as a PX4 log: a level body
-        then has zero roll.
+        North is magnetic north, or true north with `declination`. Default "enu". If the gyro's log
+        states axes forward, right, down, as a PX4 log does, the default is "ned". A level body then
+        has zero roll.
     method : str
         A method of `zerorate.Attitude`. Default "auto", which needs no settings.
     offline : bool

@@ -87,8 +87,8 @@ class Origin(NamedTuple):
 class FootTrack(Oriented, SmoothableTrack, Result):
     """Track of a sensor on a foot over n samples, as `FootNavigation.process` returns it.
 
-    The frame is fixed at the start, in m. x is the horizontal direction of the sensor's first axis,
-    y is left, and z is up. The heading is relative to the start, not to north.
+    The frame is fixed at the start. Its unit is m: x is the horizontal direction of the sensor's
+    first axis, y is left, and z is up. The heading is relative to the start, not to north.
 
     Parameters
     ----------

@@ -116,8 +116,8 @@ def align(
     Raises
     ------
     LogError
-        If a sensor is missing, no rest is found, the span has too few samples, or its mean force is
-        not gravity.
+        If a sensor is missing or no rest is found. Also if the span has too few samples, or its
+        mean force is not gravity.
     ValueError
         If an argument is out of range.
 

@@ -196,7 +196,7 @@ class Beginning:
     notes: tuple[str, ...]
 
     def filter(self, **options: Any) -> NavigationFilter:  # noqa: ANN401
-        """Return a filter with this start. Options are those of `zerorate.NavigationFilter`."""
+        """Return a filter with this start and options of `zerorate.NavigationFilter`."""
         known = {"antenna_sigma": self.antenna_sigma, "consider_antenna": self.consider_antenna}
         options = {**known, **options}
         if self.noise is not None and not self.noise.kept:

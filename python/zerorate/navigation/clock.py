@@ -127,11 +127,11 @@ def find_time_offset(
     the record does not separate them, the prior does (0.3 s, 1e-3, 1 m), and the standard
     deviations grow.
 
-    A position or velocity beyond six standard deviations is left out. It is kept if the next one
-    has a similar error of the same sign.
+    A position or velocity beyond six standard deviations is left out. It is kept if the next
+    innovation has a similar size and the same sign.
 
-    The standard deviations are at least as large as innovations of the predicted size would give,
-    plus a fifth of a sample interval. A rate is reported only if it exceeds three standard
+    The standard deviations have a lower bound: the value for innovations of the predicted size. A
+    fifth of a sample interval is then added. A rate is reported only if it exceeds three standard
     deviations. No offset is reported if the innovations are twice their expected size, because the
     clock then does not explain them.
 
@@ -478,8 +478,8 @@ def _find_outliers(run: _Innovations, limit: float) -> Booleans:
     """Return the mask of outliers among positions and velocities, shape (m, 2).
 
     A wrong fix is isolated. An error of the filter also makes the next innovation large, with the
-    same sign. If more than one fix in ten would be an outlier, the filter is wrong and no fix is
-    left out.
+    same sign. If more than a tenth of the fixes would be outliers, the filter is wrong and no fix
+    is left out.
     """
     parts = run.unmasked.reshape(-1, 2, 3)
     outliers = np.zeros(parts.shape[:2], dtype=np.bool_)

@@ -244,8 +244,8 @@ def outages(
     LogError
         If there are no fixes, or the filter did not start.
     ValueError
-        If an argument is out of range, the filter has processed samples, or the record is too short
-        for a requested outage.
+        If an argument is out of range, or the filter has processed samples. Also if the record is
+        too short for a requested outage.
 
     Notes
     -----

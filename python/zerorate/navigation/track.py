@@ -225,8 +225,8 @@ class Track(Oriented, SmoothableTrack, Result):
         Returns
         -------
         ndarray, shape (n, 3), (n, 6) or (n, 9)
-            Errors north, east, down, three columns each: position, m, velocity, m/s, and the
-            rotation vector of the orientation error, rad. The order is as in `sigma`.
+            Errors north, east, down, with three columns per quantity in the order of `sigma`:
+            position, m, velocity, m/s, and orientation (rotation vector), rad.
         """
         parts = [local_ned(self.position, floats(position, "position"))]
         if velocity is not None:

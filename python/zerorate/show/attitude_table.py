@@ -34,8 +34,8 @@ _FRAME_NAMES: Final = {
 def format_attitude(estimate: AttitudeEstimate) -> str:
     """Return the tables of an attitude, at most `WIDTH` columns wide.
 
-    They have the angles with standard deviations, rest and disturbance, the estimated gyro errors,
-    the errors relative to a reference if any, and notes.
+    They have the angles with standard deviations, rest and disturbance, the gyro errors, and notes.
+    With a reference, they have the true errors, too.
     """
     return "\n\n".join(filter(None, _format_parts(estimate)))
 

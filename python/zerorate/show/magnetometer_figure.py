@@ -24,8 +24,8 @@ _AXIS_HEIGHT_MM: Final = 8.0
 def plot_magnetometer(result: MagnetometerCalibration) -> Figure:
     """Return a figure of a level sensor's heading error by heading, before and after.
 
-    If there are several hard irons, the one used for the longest time is shown. The lower panel is
-    the residual field of each second. It shows disturbed places and unexplained magnets.
+    Of several hard irons, the figure uses the hard iron with the longest duration. The lower panel
+    is the residual field of each second. It shows disturbed places and unexplained magnets.
     """
     is_known = result.field.known and result.dip.known
     raw, after = (

@@ -45,7 +45,7 @@ _MAX_AXES: Final = 5
 # Sizes in mm.
 _RATE_HEIGHT_MM, _BIAS_HEIGHT_MM = 19.0, 16.0
 _MAX_CUT_SHARE: Final = 0.02
-"""Largest share of columns outside the raw-rate panel, if they would flatten the others."""
+"""Largest share of columns that may exceed the raw-rate panel, to keep the rest readable."""
 
 _MAX_DOT_DISTANCE: Final = 1.0
 """Largest distance of a dot from the band, in band widths, that widens the scale."""

@@ -55,8 +55,8 @@ class Contamination:
     -----
     The standard deviation of a record is 1.4826/sqrt(2) times the median step between two samples.
     For white noise this is its standard deviation, for any level, drift or unit. If half of the
-    steps are zero, as in a coarse output, the RMS of the steps is used instead of the median. A
-    constant record has the standard deviation zero, so its outliers have the size zero.
+    steps are zero, as in a coarse output, their RMS replaces the median. A constant record has the
+    standard deviation zero, so its outliers have the size zero.
 
     Examples
     --------
@@ -137,8 +137,8 @@ class Contamination:
         Raises
         ------
         ValueError
-            If `z` has another shape, the rate is not positive and finite, or the seed is not a
-            whole number of at least 0.
+            If `z` has another shape, or the rate is not positive and finite. Also if the seed is
+            not a whole number of at least 0.
         """
         samples = np.array(z, dtype=np.float64)
         if samples.ndim not in (1, 2):

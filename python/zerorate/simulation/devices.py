@@ -1,8 +1,8 @@
 """Noise of a few well-known MEMS gyros, for simulation and comparison.
 
 The coefficients come from data sheets. A noise density or an angle random walk is N. An in-run bias
-stability or instability is B. None of these data sheets states a rate random walk, so K is chosen:
-its Allan deviation equals the flat part of the curve at 1000 s. Single units differ from typical
+stability or instability is B. None of these data sheets states a rate random walk, so K is chosen.
+Its Allan deviation equals the flat part of the curve at 1000 s. Single units differ from typical
 values by a factor of two or more.
 """
 

@@ -224,8 +224,8 @@ def simulate_drive(
     - radii and gravity computed again at each step
 
     A filter with the same mechanisation and exact samples therefore returns the truth up to
-    rounding. The reverse order, samples from a given path, would not work: only means of the
-    samples would be known, and the samples would oscillate.
+    rounding. Samples from a given path would oscillate, because the path determines only means of
+    the samples.
 
     The truth differs from the closed formulas by centimetres. Its sideways speed stays below 1 mm/s
     in 400 s and 2 mm/s in an hour, so the wheels hardly slip. All steps are computed at once, by

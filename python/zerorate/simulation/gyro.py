@@ -77,9 +77,9 @@ def simulate(
     Raises
     ------
     ValueError
-        If the rate or the duration is not positive and finite, or gives no sample. Also if `seed`
-        or `axes` is not a valid whole number, `resolution` or `turn_on_bias` is negative or not
-        finite, or the filter's corner is not below half the rate.
+        If the rate or the duration is not positive and finite, or gives no sample. Also if `seed`,
+        `axes`, `resolution` or `turn_on_bias` is out of range, or the filter's corner is not below
+        half the rate.
 
     Notes
     -----

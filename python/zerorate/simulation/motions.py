@@ -36,9 +36,9 @@ def table(rate: float, duration: float, seed: int = 0) -> Floats:
 def vehicle(rate: float, duration: float, seed: int = 0) -> Floats:
     """Return the yaw rate of a car in a town: corners and lane changes between straights.
 
-    Every 8 to 20 s the car turns by 30 to 90 deg in 2.5 to 5 s, or changes the lane (4 deg and back
-    in 3 s). Each rate is a raised cosine. The driver's corrections add 0.3 deg/s (RMS, 1 s).
-    Parameters and result are the same as in `table`.
+    Every 8 to 20 s the car turns by 30 to 90 deg in 2.5 to 5 s, or changes the lane. A lane change
+    is 4 deg and back in 3 s. Each rate is a raised cosine. The driver's corrections add 0.3 deg/s
+    (RMS, 1 s). Parameters and result are the same as in `table`.
     """
     rng = np.random.default_rng(seed)
     t = _sample_times(rate, duration)

@@ -214,7 +214,7 @@ def simulate_session(
     Parameters
     ----------
     poses : int, "six" or array_like, shape (m, 4) or (m, 3, 3)
-        Poses of the IMU. A number draws so many poses with random rotations between them. "six"
+        Poses of the IMU. A number is the number of poses; random rotations connect them. "six"
         points each axis exactly up once and down once. An array gives the poses as quaternions or
         rotation matrices from the body to the world (z up). The rotations between given poses are
         the shortest possible. Default 20.
