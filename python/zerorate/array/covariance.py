@@ -110,8 +110,9 @@ class AllanCovariance(Result):
 
         Raises
         ------
-        If drift weights have less than 900 s of record per gyro, or a gyro is constant. Also if
-        there are fewer than two averaging times, or an argument is out of range.
+        ValueError
+            If drift weights have less than 900 s of record per gyro, or a gyro is constant. Also if
+            there are fewer than two averaging times, or an argument is out of range.
 
         Notes
         -----

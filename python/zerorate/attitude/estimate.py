@@ -78,8 +78,7 @@ class AttitudeEstimate(Oriented, OneArray, Result):
     bias, bias_sigma : ndarray, shape (n, 3)
         Gyro bias and its standard deviation, rad/s.
     moments : ndarray of int64, shape (m,)
-        Indices of the samples at which the next two arrays are stored: at most 1000, the last is n
-        - 1.
+        Indices of the samples for the next two arrays: at most 1000, the last index is n - 1.
     gyro_matrices, gyro_matrix_sigmas : ndarray, shape (m, 3, 3)
         Matrix M in ``rate = M (gyro - bias)``, and the standard deviations of its elements.
     frame : {"enu", "ned", "nwu"}

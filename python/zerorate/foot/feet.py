@@ -82,7 +82,7 @@ class Feet(Result):
     ----------
     left, right : FootTrack
         Tracks in the frame of the left foot.
-    Largest distance between the feet that the tracks may have, m.
+    distance : float
         Bound on the distance between the feet, m.
     bound_count : int
         Number of times at which the feet were farther apart and the tracks were corrected.

@@ -114,11 +114,11 @@ class AidInputs:
     aids : dict of str to Aid
         Readings by kind.
     heading_offset : float
-            Median difference between the readings and the heading from motion, rad. 0 if unknown.
-        alarms : list of str
-            Sentences on contradictions.
-        notes : list of str
-            Sentences on assumptions.
+        Median difference between the readings and the heading from motion, rad. 0 if unknown.
+    alarms : list of str
+        Sentences on contradictions.
+    notes : list of str
+        Sentences on assumptions.
     """
 
     aids: dict[str, Aid] = field(default_factory=dict)

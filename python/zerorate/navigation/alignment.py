@@ -40,7 +40,7 @@ class Alignment(Oriented, Result):
     Parameters
     ----------
     time : float
-        End of the rest, s; the filter begins at this time.
+        End of the rest, s. The filter starts at this time.
     quaternion : ndarray, shape (4,)
         Quaternion w, x, y, z from the body's axes to north, east, down.
     latitude : float
@@ -94,8 +94,9 @@ def align(
 
     Parameters
     ----------
-    Recording with a gyro and an accelerometer. Its axes are forward, right, down (`body_axes`
-    rotates them).
+    imu : Recording
+        Recording with a gyro and an accelerometer. Its axes are forward, right, down (`body_axes`
+        rotates them).
     latitude : float
         Latitude, deg, between -89.5 and 89.5.
     heading : float or "course", optional

@@ -52,11 +52,11 @@ class Heading:
     start_sigma : float
         Standard deviation of `start_heading`, rad.
     time : float
-            Time of the decision, s.
-        heading : float
-            Heading of the body at `time`, rad.
-        sigma : float
-            Standard deviation of `heading`, rad.
+        Time of the decision, s.
+    heading : float
+        Heading of the body at `time`, rad.
+    sigma : float
+        Standard deviation of `heading`, rad.
     """
 
     start_heading: float

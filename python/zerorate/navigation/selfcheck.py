@@ -48,8 +48,9 @@ class NavigationFinding:
 
     Parameters
     ----------
-    Kind of the finding: ``"frozen"``, ``"velocity"``, ``"position"``, ``"clock"``, ``"jump"``,
-    ``"gyro"``, ``"force"``, ``"axes"`` or ``"mount"``.
+    what : str
+        Kind of the finding: ``"frozen"``, ``"velocity"``, ``"position"``, ``"clock"``, ``"jump"``,
+        ``"gyro"``, ``"force"``, ``"axes"`` or ``"mount"``.
     status : {"mistake", "cannot tell"}
         "mistake" if it is certain, "cannot tell" if the motion cannot decide it.
     text : str

@@ -123,8 +123,9 @@ def optimum(model: GyroModel, rate: float, n: int) -> Optimum:
 
     Parameters
     ----------
-    Model of the gyro. The filter treats rounding as white noise of variance step^2/12. This is
-    nearly optimal, because the noise is at least as large as a step.
+    model : GyroModel
+        Model of the gyro. The filter treats rounding as white noise of variance step^2/12. This is
+        nearly optimal, because the noise is at least as large as a step.
     rate : float
         Sampling rate, Hz.
     n : int
