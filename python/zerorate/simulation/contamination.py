@@ -53,7 +53,7 @@ class Contamination:
 
     Notes
     -----
-    The standard deviation of a record is 1.4826/sqrt(2) times the median absolute step between samples.
+    The standard deviation of a record is 1.4826/sqrt(2) times the median step size between samples.
     For white noise this is its standard deviation, for any level, drift or unit. If half of the
     steps are zero, as in a coarse output, their RMS replaces the median. A constant record has the
     standard deviation zero, so its outliers have the size zero.
