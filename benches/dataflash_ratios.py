@@ -3,7 +3,7 @@
     python benches/dataflash_ratios.py [MB] [LOG]
 
 The log is given, or the writer of the tests makes it with this size (default 64 MB). It is indexed,
-read as a recording, and read as one gyro, with the minimum of five rounds. pymavlink reads the
+read as a recording, and read as one gyro. Times are the minimum of five rounds. pymavlink reads the
 messages of the first MB once, as `mavlogdump` does.
 """
 

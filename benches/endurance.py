@@ -1,8 +1,8 @@
 """Long runs to check that covariances stay definite: ``python benches/endurance.py [FOLDER]``.
 
-The input is 1e8 samples of white noise, and each axis of the recordings at rest in FOLDER, repeated
-to the same length. The eigenvalues of P and G are checked every 1e4 samples. The exit code is 1 if
-an eigenvalue is negative.
+The input is 1e8 samples of white noise. The recordings at rest in FOLDER are repeated to the same
+length. The eigenvalues of P and G are checked every 1e4 samples. The exit code is 1 if an
+eigenvalue is negative.
 """
 
 import sys
