@@ -37,10 +37,12 @@ readings! { DriftFilter;
     /// Learned at rest and held in motion. It is the mean to date in the first second, and 0 before
     /// the first sample.
     bias;
-    /// Standard deviation in the samples' unit: float, with channels (k,). For ``"auto"`` it is
-    /// that of the mean bias over the next 10 s about ``bias`` (other spans: ``bias_sigma_over``),
-    /// updated every two seconds, and as large as the samples while little is known; for other
-    /// methods it is their model's. 0 before the first sample.
+    /// Standard deviation in the samples' unit: float, with channels (k,).
+    ///
+    /// For ``"auto"`` it is the standard deviation of the mean bias over the next 10 s, relative to
+    /// ``bias``. ``bias_sigma_over`` gives other spans. It is updated every two seconds, and as
+    /// large as the samples while little is known. For other methods it follows from their model. 0
+    /// before the first sample.
     bias_sigma;
     /// True while the filter learns because no motion is detected: bool, with channels (k,).
     ///
