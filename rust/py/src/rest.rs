@@ -127,9 +127,10 @@ impl RestDetector {
 /// gravity by 0.4 degrees. A rotation of 0.4 deg/s about a level axis is detected within 2 s, a
 /// rotation of 0.05 deg/s after half a minute.
 ///
-/// Motion ends if two conditions are met. None has been detected for one and a half times the time
-/// of its detection. The samples are about as quiet as before the motion; this condition ends after
-/// a minute. True means that the body moves, False that its motion is unknown.
+/// Motion ends when two conditions are met. First, no motion has been detected for 1.5 times the
+/// time of its detection. Second, the samples are about as quiet as before the motion; this
+/// condition is dropped after a minute. True means that the body moves, False that its motion is
+/// unknown.
 ///
 /// The accelerometer may have any unit and any axes. A sample with an axis that is not finite is
 /// missing. One object serves one thread at a time.
