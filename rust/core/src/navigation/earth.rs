@@ -14,24 +14,24 @@ const GRAVITY: [f64; 2] = [9.780_325_335_9, 9.832_184_937_8];
 /// Polar over equatorial radius: √(1 - e²).
 const POLAR: f64 = 0.996_647_189_335_258_2;
 
-/// Latitudes beyond ±89.5° have no useful north.
+/// Largest latitude, rad: beyond ±89.5° north is no useful direction.
 pub(crate) const MAX_LATITUDE: f64 = 1.562_069_680_534_925;
-/// Heights and depths of which something is known, m.
+/// Largest height and depth, m.
 pub(crate) const MAX_HEIGHT: f64 = 1e6;
 
-/// Earth's properties at a place for the mechanisation; computed again at each step of the
+/// Values of the Earth at a place for the mechanisation; computed again at each step of the
 /// covariance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LocalEarth {
-    /// Gravity, down, m/s².
+    /// Gravity, positive down, m/s².
     pub gravity: f64,
     /// Rotation of the Earth, rad/s.
     pub earth: Vector3<f64>,
-    /// Radians of latitude a metre north.
+    /// Change of latitude per metre north, rad/m.
     pub north: f64,
-    /// Radians of longitude a metre east.
+    /// Change of longitude per metre east, rad/m.
     pub east: f64,
-    /// One over the radius across the meridian, with the height, 1/m; tangent of the latitude.
+    /// Inverse of the transverse radius plus height, 1/m; tangent of the latitude.
     across: f64,
     tangent: f64,
 }
