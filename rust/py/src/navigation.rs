@@ -51,9 +51,9 @@ const NOT_REACHED: u8 = 3;
 /// ``vehicle="wheeled"`` it takes the heading from the course above 1 m/s.
 ///
 /// A rate or force that is not finite, or beyond 1e4 rad/s or m/s^2, is missing. The last value
-/// replaces it for a tenth of a second, then the standard deviations grow. After a gap of more than
-/// one second, or two seconds without a gyro, the filter waits for a fix and keeps the biases. One
-/// object serves one thread at a time.
+/// replaces it for a tenth of a second, then the standard deviations grow. A gap is more than one
+/// second without samples, or two seconds without a gyro. After a gap the filter waits for a fix
+/// and keeps the biases. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -105,8 +105,8 @@ const NOT_REACHED: u8 = 3;
 ///     Vector from the first to the second antenna, body axes, m.
 /// limits : dict of str to float, optional
 ///     Largest standard deviations of ``usable`` outputs: "position" (horizontal) and "height", m,
-///     "velocity", m/s, "attitude" (roll and pitch) and "heading", rad. The defaults are 10, 10, 1,
-///     0.05 and 0.17 in this order, or 5, 5, 0.5, 0.05 and 0.1 for "wheeled".
+///     "velocity", m/s, "attitude" (roll and pitch) and "heading", rad. The defaults in this order
+///     are 10, 10, 1, 0.05 and 0.17. For "wheeled" they are 5, 5, 0.5, 0.05 and 0.1.
 ///
 /// Raises
 /// ------
@@ -290,13 +290,18 @@ macro_rules! navigating {
 
             /// Process a fix of the receiver and return "used", "rejected" or "refused".
             ///
-            /// Arguments are the time of measurement, s; latitude and longitude, deg, and height,
-            /// m, (3,); velocity north, east, down, m/s, (3,) or None; and their standard
-            /// deviations, one or three axes. Position and velocity are gated separately. A fix is
-            /// rejected if its position is rejected; without a position, if its velocity is
-            /// rejected. A fix is refused if it is over a second old, a tenth of a second ahead of
-            /// the sensors, without a number, or beyond 89.5 deg. ValueError if a standard
-            /// deviation is not positive.
+            /// Arguments:
+            ///
+            /// - the time of measurement, s;
+            /// - latitude and longitude, deg, and height, m, (3,);
+            /// - velocity north, east, down, m/s, (3,) or None;
+            /// - standard deviations of position and velocity, one or three axes.
+            ///
+            /// Position and velocity are gated separately. A fix is rejected if its position is
+            /// rejected; without a position, if its velocity is rejected. A fix is refused if it is
+            /// over a second old, or a tenth of a second ahead of the sensors. It is also refused
+            /// if it has no number, or is beyond 89.5 deg. ValueError if a standard deviation is
+            /// not positive.
             #[pyo3(signature = (t, position, velocity=None, position_sigma=None, velocity_sigma=None),
                 text_signature = "($self, t, position, velocity=None, position_sigma=2.0, \
                     velocity_sigma=0.1)")]
@@ -327,9 +332,9 @@ macro_rules! navigating {
             /// and its standard deviation, by default ``speed_sigma``. The scale of the wheels is
             /// estimated, and yaw and pitch of their rolling axis (``wheel_constants``). A slipping
             /// wheel has an innovation of over three standard deviations. It is ignored for ten
-            /// seconds and then has less weight. A speed is not used before the heading is known to
-            /// 0.1 rad, nor if it is over a second old or missing. ValueError if the vehicle is not
-            /// "wheeled", or the standard deviation is not positive.
+            /// seconds and then has less weight. A speed is used only if the heading is known to
+            /// 0.1 rad. It is not used if it is over a second old or missing. ValueError if the
+            /// vehicle is not "wheeled", or the standard deviation is not positive.
             #[pyo3(signature = (t, speed, sigma=None))]
             fn update_wheels(
                 slf: &Bound<'_, Self>,
@@ -358,8 +363,12 @@ macro_rules! navigating {
             /// Standard deviations at the last step of the covariance; NaN before the first fix:
             /// (15,).
             ///
-            /// They are position and velocity north, east and down, m and m/s, orientation about
-            /// these axes, rad, and biases of gyro and accelerometer, rad/s and m/s^2.
+            /// They belong to:
+            ///
+            /// - position north, east and down, m;
+            /// - velocity north, east and down, m/s;
+            /// - orientation about these axes, rad;
+            /// - biases of gyro, rad/s, and accelerometer, m/s^2.
             sigma: Object<'py> = arrays::small(py, &this.shared.filter().snapshot().sigma);
             /// Covariance of the errors at its last step, in the order of ``sigma``: (15, 15).
             ///

@@ -14,20 +14,20 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// Live detection of rest from a gyro's own output.
 ///
 /// Samples are grouped into ticks of a quarter of a second, at least four samples. The detector
-/// learns the variance within a tick at rest, and the distance of a tick's level from averages of
-/// 1, 4 and 16 s. A tick beyond what chance exceeds once in a million ends the rest. The next rest
-/// begins after 1.5 s near the level of the last rest. Results do not depend on the unit or on an
-/// added constant.
+/// learns two values at rest: the variance within a tick, and the distance of its level from
+/// averages of 1, 4 and 16 s. A tick beyond what chance exceeds once in a million ends the rest.
+/// The next rest begins after 1.5 s near the level of the last rest. Results do not depend on the
+/// unit or on an added constant.
 ///
 /// The start counts as rest after 1.5 s that look like noise. If that proves wrong within 10 s,
 /// only a level that has lasted for 10 s counts as rest.
 ///
 /// Slow rotation at a constant rate and a bias look the same. A new constant level counts as rest
-/// after 10 s, plus about 11 s for each standard deviation of the samples between it and the old
-/// level, 60 s at most. A new noise, such as an engine's, is accepted in the same way. The old
-/// level is kept, and a return to it takes 1.5 s. A rotation slower than about half of the samples'
-/// standard deviation is not noticed, and counts as drift. An accelerometer distinguishes many
-/// rotations from rest: ``MotionDetector``.
+/// after some time. This time is 10 s, plus about 11 s for each standard deviation of the samples
+/// between the old and the new level, at most 60 s. A new noise, such as an engine's, is accepted
+/// in the same way. The old level is kept, and a return to it takes 1.5 s. A rotation slower than
+/// about half of the samples' standard deviation is not noticed, and counts as drift. An
+/// accelerometer distinguishes many rotations from rest: ``MotionDetector``.
 ///
 /// A sample that is not finite is missing. Each channel is treated on its own. One object serves
 /// one thread at a time.
@@ -122,10 +122,10 @@ impl RestDetector {
 /// A gyro that turns slowly at a constant rate has the same output as a biased gyro at rest. In the
 /// axes of a turning body gravity turns, except for a rotation about the vertical.
 ///
-/// Means of 1, 2, 4, …, 64 ticks of a quarter second are compared with the previous means. The body
-/// moves if they differ by more than the samples' noise explains, and by more than a rotation of
-/// gravity by 0.4 degrees. A rotation of 0.4 deg/s about a level axis is detected within 2 s, a
-/// rotation of 0.05 deg/s after half a minute.
+/// Means of 1, 2, 4, …, 64 ticks of a quarter second are compared with the previous means. If the
+/// body moves, the difference exceeds two limits: the samples' noise, and a rotation of gravity by
+/// 0.4 degrees. A rotation of 0.4 deg/s about a level axis is detected within 2 s. A rotation of
+/// 0.05 deg/s is detected after half a minute.
 ///
 /// Motion ends when two conditions are met. First, no motion has been detected for 1.5 times the
 /// time of its detection. Second, the samples are about as quiet as before the motion; this

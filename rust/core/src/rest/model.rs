@@ -66,7 +66,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Noise<T> {
         seen.variance <= self.variance * bound + flips(seen.step)
     }
 
-    /// True if the differences are those of a rest; `youth` is the additional variance of averages
+    /// True if the differences are as at rest; `youth` is the additional variance of averages
     /// over few ticks, as a share of a tick's variance.
     fn is_steady(&self, differences: &[T; SCALES], youth: T, step: T) -> bool {
         (0..SCALES).all(|i| {

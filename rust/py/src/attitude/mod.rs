@@ -47,8 +47,8 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 /// vector beyond 1000 rad/s or m/s^2. A missing rate is replaced by the last rate for 50 ms.
 ///
 /// Zeros of a gyro are a rate if the gyro has a dead band or is simulated. They are accepted after
-/// a rate below 5 deg/s, unless the gyro has shown noise at rest, and after some time of rest with
-/// zeros.
+/// a rate below 5 deg/s, unless the gyro has shown noise at rest. They are also accepted after some
+/// time of rest with zeros.
 ///
 /// ``dt`` is the time since the previous sample, s, if it is not ``1 / rate``. More than 1 s is a
 /// gap. A negative value means a clock that was set back; beyond -1 s, a recorder that restarted.

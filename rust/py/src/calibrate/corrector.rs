@@ -40,8 +40,8 @@ where
 ///
 /// ``force = accel_matrix @ (accel - accel_bias)`` and
 /// ``rate = gyro_matrix @ (gyro - gyro_bias - g_sensitivity @ force)``. The matrices are the
-/// inverses of the sensors' responses. ``Calibration.corrector()`` creates a corrector. Units are
-/// those of the arguments.
+/// inverses of the sensors' responses. ``Calibration.corrector()`` creates a corrector. Units
+/// are the arguments' units.
 ///
 /// A sample has three numbers (gyro), six (gyro and accelerometer) or seven (temperature, degC, in
 /// addition). If an axis of the gyro is missing, its three rates are NaN. If an axis of the

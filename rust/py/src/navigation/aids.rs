@@ -35,9 +35,9 @@ macro_rules! aided {
             /// (``height_reference``). A reading that disagrees with the filter is rejected. After
             /// a disturbance, readings are rejected until they agree for a second. If they disagree
             /// by a constant amount for three seconds, the reference has changed. A reading is
-            /// refused if it is over a second old, a tenth of a second ahead of the sensors, not
-            /// later than the previous reading, or missing. ValueError if ``sigma`` is not
-            /// positive.
+            /// refused if it is over a second old, or a tenth of a second ahead of the sensors. It
+            /// is also refused if it is missing, or not later than the previous reading. ValueError
+            /// if ``sigma`` is not positive.
             #[pyo3(signature = (t, height, sigma=None))]
             fn update_height(
                 slf: &Bound<'_, Self>,
@@ -88,10 +88,10 @@ macro_rules! aided {
             ///
             /// Arguments are the time, s; the vector north, east, down, m, (3,); the vector in body
             /// axes, m, (3,), by default the constructor's; and its standard deviation, m, one or
-            /// three axes. The vector is rejected if its length is not that of ``baseline``, or if
-            /// it disagrees with the filter, at once or on average. After a disturbance it must
-            /// agree for two seconds. The verdict is returned as by ``update_height``. ValueError
-            /// if no baseline is given.
+            /// three axes. The vector is rejected if its length differs from the length of
+            /// ``baseline``. It is also rejected if it disagrees with the filter, at once or on
+            /// average. After a disturbance it must agree for two seconds. The verdict is returned
+            /// as by ``update_height``. ValueError if no baseline is given.
             #[pyo3(signature = (t, vector, baseline=None, sigma=None),
                 text_signature = "($self, t, vector, baseline=None, sigma=0.02)")]
             fn update_baseline<'py>(

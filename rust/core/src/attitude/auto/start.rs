@@ -75,7 +75,7 @@ impl Start {
         first
     }
 
-    /// True if a tick belongs to the start; the errors are then those of a mean force over the
+    /// True if a tick belongs to the start; the errors then belong to a mean force over the
     /// time.
     pub fn observe(&mut self, elapsed: f64, errors: &mut Errors) -> bool {
         if self.over || self.sum == 0.0 {

@@ -46,7 +46,7 @@ pub struct Cell {
 
 /// Fits of all orders up to (p, q), row by row of one p, on the same residuals.
 ///
-/// Each order fits at least as well as the orders that it contains.
+/// No order has a larger sum of squares than the orders that it contains.
 pub fn grid(series: &Series, p: usize, q: usize, has_constant: bool) -> Vec<Cell> {
     let count = series.residuals(p) as f64;
     let cell = |(k, (descent, evaluations)): (usize, (Descent, usize))| {

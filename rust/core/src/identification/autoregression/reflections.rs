@@ -147,7 +147,7 @@ pub fn burg(
     Ok((models, n))
 }
 
-/// Coefficient over all segments; their residuals are then those of the next order.
+/// Coefficient over all segments; the residuals then belong to the next order.
 fn next_reflection(errors: &mut [Errors]) -> f64 {
     let (products, squares) = errors.iter_mut().fold((0.0, 0.0), |(products, squares), errors| {
         work::pause();
