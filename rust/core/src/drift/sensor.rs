@@ -261,7 +261,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> TickNoise<T> {
         self.of_means.interrupt();
     }
 
-    /// True if the standard deviation of samples differs too much from the learned value for a rest.
+    /// True if the standard deviation of samples is too far from the learned value for a rest.
     fn is_another(&self, deviation: T) -> bool {
         let (now, known) = (deviation * deviation, self.of_samples);
         now > known * T::of(MAX_VARIANCE_RATIO) || now * T::of(MAX_VARIANCE_RATIO) < known

@@ -1,4 +1,4 @@
-//! The filter as a stream of events: samples of the sensors, fixes of the receiver and readings of aids.
+//! The filter as a stream of events: samples of the sensors, fixes, and readings of aids.
 
 use super::aids::{Aid, Reading};
 use super::covariance::STATES;
