@@ -62,8 +62,8 @@ type Matrix<const R: usize> = [[f64; R]; R];
 /// Tolerance within which the covariance has reached its steady state and is no longer propagated.
 const STEADY_TOLERANCE: f64 = 1e-14;
 
-/// Innovations by the filter of the process in Harvey's form: state `x_k = T x_{k-1} + b a_k`, with
-/// `y_k` as its first element and `R >= max(p, q + 1)`.
+/// Innovations by the filter of the process in Harvey's form, at unit innovation variance: state
+/// `x_k = T x_{k-1} + b a_k`, with `y_k` as its first element and `R >= max(p, q + 1)`.
 #[derive(Debug, Clone)]
 pub struct Kalman<const R: usize> {
     phi: [f64; R],
