@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all."""
+"""Files that are written completely or not at all."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from zerorate.faults import keyword_argument, make_sentence
 def check_writable(
     path: str | os.PathLike[str], force: bool = False, make_folders: bool = False
 ) -> None:
-    """Check that a file can be written, before the work on its content begins.
+    """Check that a file can be written, before its content is computed.
 
     Parameters
     ----------

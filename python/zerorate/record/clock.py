@@ -42,14 +42,13 @@ class ClockReport:
         kept; else 0. The jitter is then relative to the wandering clock.
     slowest, fastest
         Slowest and fastest rate of a wandering clock, Hz, over a fortieth of the log; else 0.
-    step_rms
-        Standard deviation of the steps between stamps, s, without missing samples and repeated
-        stamps.
+    Standard deviation of the steps between stamps, s. Missing samples and repeated stamps are
+    excluded.
     late_count
         Number of steps above 1.5 periods at which no sample is missing.
     restart_count
-        Number of backward steps of more than a second: the clock restarted. Its time off is
-        unknown, so 10 s count as missing there, or the log's length if shorter.
+        Number of backward steps over 1 s: the clock restarted. The length of the pause is unknown,
+        so 10 s count as missing, or the log's length if shorter.
 
     Examples
     --------
