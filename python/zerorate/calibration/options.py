@@ -5,7 +5,7 @@ from typing import Final
 from zerorate.options import Option, index_by_name
 
 GRAVITY_RANGE_M_S2: Final = (9.7, 9.9)
-"""Least and most gravity of places on Earth, m/s^2."""
+"""Smallest and largest gravity on the Earth's surface, m/s^2."""
 
 _ROWS: Final = (
     Option(
@@ -13,9 +13,9 @@ _ROWS: Final = (
         kind="number",
         default=None,
         unit="m/s^2",
-        expected="that of a place on Earth in m/s^2, {} to {}".format(*GRAVITY_RANGE_M_S2),
-        meaning="Local gravity. By default 9.80665, which may be wrong by 0.3 %; then so is the "
-        "scale of the accelerometer",
+        expected="from {} to {} m/s^2".format(*GRAVITY_RANGE_M_S2),
+        meaning="Local gravity in m/s^2. Default: 9.80665; its error, up to 0.3 %, is then in the "
+        "accelerometer's scale",
     ),
     Option.choice(
         "frame",
@@ -35,7 +35,8 @@ _ROWS: Final = (
     Option.choice(
         "prior",
         ("datasheet", "wide"),
-        "Prior errors: as of a data sheet, or only below half of the scale (wide)",
+        "Errors assumed before the fit. datasheet: typical of data sheets (5 % scale, 30 mrad "
+        "axes, 100 mg accelerometer bias); wide: anything below half of the scale",
     ),
     Option(
         name="saturation",
@@ -48,4 +49,4 @@ _ROWS: Final = (
 )
 
 CALIBRATION_OPTIONS: Final = index_by_name(_ROWS)
-"""Of `zerorate.calibrate`: every argument that is no data. Its refusals come from here."""
+"""Options of `zerorate.calibrate` by name; its error messages use them."""
