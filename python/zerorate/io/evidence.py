@@ -48,12 +48,12 @@ _AXES: Final = "xyz"
 _SCALED_KINDS: Final = ("gyro", "accel")
 _UNITLESS: Final = "1"
 _GYRO_END: Final = 4000.0
-"""Largest rate that a gyro measures, deg/s."""
+"""Largest rate that a gyro can measure, deg/s."""
 _GRAVITY: Final = (1.0, 9.80665)
 _OF_GRAVITY: Final = 0.03
-"""Part by which an accelerometer at rest may differ from gravity."""
+"""Largest relative difference between the force at rest and gravity."""
 _MAX_UNNAMED_COLUMNS: Final = 12
-"""Most columns of a table without names that are searched: six of sensors, times and counters."""
+"""Largest width of a table without names that is searched: six sensor columns, times, counters."""
 _KIND_NAMES: Final = {
     "gyro": "a gyro",
     "accel": "an accelerometer",
@@ -122,7 +122,7 @@ class Evidence:
         notes: list[str] = []
         for kind in kinds:
             own = [sensor for sensor in of_kinds if sensor.kind == kind]
-            # A name may be that of the gyro alone, or of the accelerometer.
+            # A name may match only the gyro, or only the accelerometer.
             is_named = wanted is None or any(s in own for s in select_sensors(of_kinds, wanted))
             chosen_of_kind, own_notes = self._choose(own, wanted if is_named else None, is_sole)
             chosen += chosen_of_kind
@@ -232,7 +232,7 @@ class Evidence:
             unit = common_unit(names, stated, self._file_unit(sensor))
             return sensor._replace(unit=unit, factor=factor)
         if all(map(is_quaternion, names)):
-            # Components may stand in any order, w last for instance.
+            # Components can be in any order, for example w last.
             order = sorted(sensor.indices, key=lambda i: self.table.label(i)[-1].lower())
             return sensor._replace(indices=tuple(order), unit=stated or _UNITLESS)
         listed = self._listed_units()

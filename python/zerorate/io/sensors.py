@@ -75,14 +75,14 @@ def find_sensors(names: Mapping[int, str]) -> list[Sensor]:
         if (words := meaning.words) is None:
             others.setdefault((meaning.kind, meaning.sensor), []).append(index)
             continue
-        # Names of one sensor differ in their axis or number alone.
+        # Columns of one sensor have names that differ only in axis or number.
         key = (meaning.kind, words.stem, words.axis is None)
         groups.setdefault(key, []).append((index, words))
     sensors = [s for (kind, _, _), own in groups.items() for s in _split_copies(kind, own)]
     sensors = _merge_named_apart(sensors)
     angular = any(ROLES.get(word) == "angular" for s in sensors for word in s.stem.split("_"))
-    # A linear acceleration has gravity in it in a message of ROS, which has an angular velocity
-    # where phones have a gyro.
+    # In a ROS message, linear acceleration includes gravity. Such a message has an angular
+    # velocity; phones have a gyro instead.
     plain = any(s.kind == "accel" and s.stage != "linear" for s in sensors)
     found = [s for s in sensors if s.stage != "linear" or (angular and not plain)]
     found += [Sensor(kind, tuple(own), stem) for (kind, stem), own in others.items()]

@@ -42,8 +42,7 @@ class Trace(Result):
     missing: Booleans
     """The sample was not finite: (n,)."""
     guarded: Booleans
-    """The step of the process noise was shortened to keep it positive semidefinite; of "robust":
-    the sample counted as an outlier: (n,)."""
+    """True if the process noise was limited, or "robust" treated the sample as an outlier: (n,)."""
     bias: Floats
     """Bias learned at rest and held in motion, in the unit of the samples: (n,)."""
     bias_sigma: Floats
