@@ -317,8 +317,7 @@ class _FixColumns:
         return np.degrees(values) if to_snake_case(label).endswith("_rad") else values
 
     def lengths(self, wanted: re.Pattern[str], scale: float = 1e3) -> Floats | None:
-        """Return a column in m or m/s; integers are in mm if the name or the coordinates show
-        it."""
+        """Return a column in m or m/s; its integers can be mm, by name or by coordinates."""
         index = _find_column(self.table, wanted)
         if index is None:
             return None
