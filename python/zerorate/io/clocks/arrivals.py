@@ -18,9 +18,7 @@ from zerorate.record.clock import RATE_TOLERANCE
 from zerorate.types import Booleans, Floats, Integers
 
 _LAG_ROWS: Final = 512  # rows that average over bursts
-_MIN_BURSTS_AT_STATED_RATE: Final = (
-    3  # bursts, so that one is neither the first nor the last
-)
+_MIN_BURSTS_AT_STATED_RATE: Final = 3  # bursts, so that one is neither the first nor the last
 _MAX_SHORT_STEP_PERIODS: Final = 0.8  # longest step within a burst, in periods by count
 _WINDOW_BURSTS: Final = (
     WINDOW_ROWS,

@@ -30,7 +30,7 @@ _ID_MASK: Final = 0xFFF0
 """Mask without the bits of the number's format and the earth axes."""
 
 _NUMBER_FORMATS: Final = {0: (">f", 1.0), 1: (">i", 2.0**-20), 3: (">d", 1.0)}
-"""By the two low bits: single, fixed point of 12.20 bits, double."""
+"""Formats by the two low bits: single, fixed point 12.20, double."""
 _FIXED_16_32: Final = 2
 """Fixed point 16.32: the fraction comes first."""
 
