@@ -261,7 +261,7 @@ def time_of(table: Table, data: Sequence[int]) -> int | None:
 
 
 def _fit(table: Table, data: int, time: int) -> tuple[bool, int]:
-    """Return how well a time matches a data column: equal length, then number of shared folders."""
+    """Return the match of a time to a data column: equal length, and number of shared folders."""
     same = table.lengths is None or table.lengths[time] == table.lengths[data]
     paths = (table.label(index).split("/")[:-1] for index in (time, data))
     shared = takewhile(lambda pair: pair[0] == pair[1], zip(*paths, strict=False))
