@@ -42,8 +42,9 @@ class ClockReport:
         kept; else 0. The jitter is then relative to the wandering clock.
     slowest, fastest
         Slowest and fastest rate of a wandering clock, Hz, over a fortieth of the log; else 0.
-    Standard deviation of the steps between stamps, s. Missing samples and repeated stamps are
-    excluded.
+    step_rms
+        Standard deviation of the steps between stamps, s. Missing samples and repeated stamps are
+        excluded.
     late_count
         Number of steps above 1.5 periods at which no sample is missing.
     restart_count

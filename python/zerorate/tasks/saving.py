@@ -1,4 +1,4 @@
-"""Files of a result: named after its log, written together, all or none.
+"""Files of a result, named after its log; all are written, or none.
 
 `save` writes the same files as the corresponding command with ``-o``.
 """
@@ -24,13 +24,13 @@ from zerorate.texts import describe_missing_extra
 from zerorate.views import FigureError, is_undrawn, report_figure_faults, save_figure
 
 Writer: TypeAlias = Callable[[Path], object]
-"""Writes a file of this name."""
+"""Function that writes a file with this path."""
 
 LOG_FORMATS: Final = ("parquet", "csv", "npz", "mcap", "gcsv")
-"""Formats of a log that a result becomes, by their suffixes; the first is the usual one."""
+"""Formats of a log, by suffix; the first is the default."""
 
 FIGURE_FORMATS: Final = ("png", "svg", "pdf")
-"""Formats of a figure; the first is the usual one."""
+"""Formats of a figure; the first is the default."""
 
 _OTHER_SUFFIXES: Final = (
     *(suffix.removeprefix(".") for one in FORMATS for suffix in one.suffixes),
@@ -39,7 +39,7 @@ _OTHER_SUFFIXES: Final = (
 
 
 class SavableResult(Protocol):
-    """Result that can be saved: it has the name of its recording."""
+    """Result that can be saved; it needs the name of its recording."""
 
     @property
     def source(self) -> str:
@@ -58,14 +58,14 @@ class Files(NamedTuple):
     data : sequence of Writer
         Writers of the first file and of the others.
     others : sequence of str
-        Endings of the other files' names, with suffixes; an ending with a final dot is a log in the
+        Endings of the other files' names, with suffixes. An ending with a final dot is a log in the
         format of the first file.
     figures : mapping of str to Writer
-        Writers of the figures, by the ending of their names before the suffix.
+        Writers of the figures, by the ending of the name before the suffix.
     stem : str
-        Beginning of the names; "" for the name of the source.
+        Beginning of the file names; "" for the name of the source.
     formats : sequence of str
-        Suffixes of the possible formats of the first file, if it can be chosen; the default first.
+        Suffixes of the possible formats of the first file; the first is the default.
     """
 
     ending: str
@@ -77,7 +77,7 @@ class Files(NamedTuple):
     formats: Sequence[str] = LOG_FORMATS
 
     def in_format(self, format: str) -> Files:
-        """Return the files with this format for the logs."""
+        """Return the files with this format for all logs."""
         ends = [f"{end}{format}" if end.endswith(".") else end for end in self.others]
         return self._replace(others=ends)
 
@@ -100,7 +100,7 @@ _FILES: Final[dict[str, str]] = {
     "tasks.navigate.Navigation": "zerorate.tasks.navigate:files_of",
     "tasks.replay.result.Replay": "zerorate.tasks.replay.task:files_of",
 }
-"""The function that says what a result is saved as, by the result's class."""
+"""Names of the functions that return a result's files, by the class of the result."""
 
 
 def files_of(result: object, **choices: object) -> Files:
@@ -143,7 +143,7 @@ def save(
 
 
 def _possible_suffixes(files: Files) -> list[str]:
-    """Return the suffixes of the files that a result may be saved as, without dots."""
+    """Return the possible suffixes of a result's files, without dots."""
     first = files.formats if not files.first else (files.first[1:],)
     others = (ending.rpartition(".")[2] for ending in files.others)
     return [*first, *filter(None, others), *FIGURE_FORMATS]
