@@ -121,7 +121,6 @@ class Summary(Result):
         Time in which the chosen filter makes 63 % of a step, s.
     sample_counts : SampleCounts
         Counts of missing, resting and stuck samples.
-        Numbers of samples that were missing, at rest or stuck.
     left_out : ExclusionCounts
         Counts of present samples that the chosen filter left out.
     alarms : tuple of str
