@@ -97,7 +97,7 @@ class SequenceCount:
         return ahead - 1
 
     def _steps_ahead(self, last: int, number: int) -> int:
-        """Return how many steps a number is ahead, modulo the counter's period if it is known."""
+        """Return the lead of a number in steps, modulo the counter's period if it is known."""
         ahead = number - last
         if not self.wraps and ahead < 0:
             self._learn_wrap(last, number)
