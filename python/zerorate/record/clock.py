@@ -25,28 +25,28 @@ class ClockReport:
     stamped
         True if the file had timestamps.
     jitter_rms, jitter_max
-        Deviation of the stamps from that clock, s; for arrival stamps their delay.
-    repeated, backward
-        Stamps equal to, and less than, the one before. Their rows are kept in file order.
-    gaps, missing_count
+        RMS and largest deviation of the stamps from that clock, s; for arrival stamps, the delay.
+    repeated_count, backward_count
+        Numbers of stamps equal to, and less than, the stamp before. Their rows stay in file order.
+    gap_count, missing_count
         Number of gaps, and number of NaN rows inserted there.
     longest_gap
         Longest step between two stamps at a gap, s.
-    bursts
+    burst_count
         Number of bursts in which samples arrived, for arrival stamps; else 0.
-    repeats
-        Number of rows left out because they repeat the one before: the sensor is slower than the
+    repeat_count
+        Number of rows left out because they repeat the row before: the sensor is slower than the
         log.
     wander
-        Largest distance of the uniform clock from the stamps, s, if these wander and are therefore
-        kept; else 0. The jitter is then relative to the wandering clock.
+        Largest difference between uniform clock and stamps, s, if the clock wanders; else 0. The
+        stamps are then kept, and the jitter is relative to the wandering clock.
     slowest, fastest
         Slowest and fastest rate of a wandering clock, Hz, over a fortieth of the log; else 0.
     step_rms
         Standard deviation of the steps between stamps, s. Missing samples and repeated stamps are
         excluded.
     late_count
-        Number of steps above 1.5 periods at which no sample is missing.
+        Number of steps above 1.5 periods without a missing sample.
     restart_count
         Number of backward steps over 1 s: the clock restarted. The length of the pause is unknown,
         so 10 s count as missing, or the log's length if shorter.

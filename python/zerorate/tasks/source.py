@@ -75,7 +75,7 @@ def recording_of(
         Source argument of the task.
     reading : mapping
         Arguments of `zerorate.read_recording`, only for a source that is read.
-    **further
+    **extra
         Further arguments of this kind, set by the task.
 
     Raises

@@ -92,7 +92,7 @@ def turning_rows(
 
     Parameters
     ----------
-    recording, match : Trial, Fitted
+    recording, match : Trial, ReferenceFit
         Recording, and its reference from `fit_reference`.
     methods : sequence of str or OwnMethod
         Methods to measure.

@@ -176,11 +176,11 @@ class ArrayEngine(TimedEngine):
         Layout of every line.
     array : GyroArray
         The array.
-    extra : sequence of str
+    extra_columns : sequence of str
         Extra columns.
     samples : int
         Number of samples to date, including lost and garbled ones.
-    clocked : Clocked, optional
+    stamp_clock : StampClock, optional
         Clock whose gaps count as missing samples.
     """
 

@@ -262,7 +262,7 @@ class AttitudeEngine(TimedEngine):
 
     Parameters
     ----------
-    opened : Opened
+    first_line : FirstLine
         Contents of the first line.
     settings : AttitudeSettings
         Requested settings.
@@ -270,7 +270,7 @@ class AttitudeEngine(TimedEngine):
         The filter.
     samples : int
         Number of samples to date, including lost and garbled ones.
-    clocked : Clocked, optional
+    stamp_clock : StampClock, optional
         The clock.
     """
 

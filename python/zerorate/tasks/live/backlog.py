@@ -30,9 +30,9 @@ class BacklogFilter:
     ----------
     filter : DriftFilter
         Filter; with one channel it takes floats.
-    extra : sequence of DriftColumn
+    extra_columns : sequence of DriftColumn
         Extra columns of an answer.
-    owed : int
+    pending_count : int
         Number of missing samples that the filter has not processed yet.
     motion : MotionDetector, optional
         Detector of motion by the gyro's accelerometer; a filter that holds the bias in motion uses

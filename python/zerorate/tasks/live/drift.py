@@ -31,7 +31,7 @@ class DriftEngine(TimedEngine):
     ----------
     layout : Layout
         Layout of every line.
-    running : Running
+    backlog : BacklogFilter
         The filter.
     scale, limit : float, optional
         Factor of the samples, and end of the sensor's range.

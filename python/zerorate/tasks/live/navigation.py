@@ -244,7 +244,7 @@ class NavigationEngine(TimedEngine):
         Requested settings.
     nav : NavigationFilter
         The filter.
-    clocked : Clocked
+    stamp_clock : StampClock
         The clock.
     samples : int
         Number of samples to date, including lost ones.

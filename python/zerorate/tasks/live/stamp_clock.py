@@ -80,9 +80,9 @@ class TimedEngine(Engine):
         Layout of every line.
     samples : int
         Number of samples to date, including lost and garbled ones.
-    clocked : Clocked, optional
+    stamp_clock : StampClock, optional
         Clock; without it, samples are one period apart.
-    check : ImpossibleRates, optional
+    check : ImpossibleRateDetector, optional
         Test for rates that no gyro can measure.
     """
 
