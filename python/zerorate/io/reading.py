@@ -145,13 +145,16 @@ def read_log(
     Parameters
     ----------
     source
-        A file or an object. Files: a text table (``.csv .tsv .txt .dat``), ``.npy``, ``.npz``,
-        ``.parquet``, Arrow IPC (``.arrow .feather .ipc``), HDF5 (``.h5 .hdf5``), ``.mat``, a ROS 1
-        ``.bag``, the folder or ``.db3`` of a ROS 2 bag, ``.mcap``, PX4's ``.ulg``, ArduPilot's
-        ``.bin`` or its text, a camera's ``.mp4``, Betaflight's ``.bbl``. Objects: a data frame of
-        pandas or polars, a pyarrow table or another with ``__arrow_c_stream__``, a dict of arrays
-        by name, a structured array, an array (n,) or (n, k). ``docs/reference/logs.md`` describes
-        each.
+        A file or an object in memory; ``docs/reference/logs.md`` describes each.
+
+        - text tables: ``.csv .tsv .txt .dat``
+        - arrays: ``.npy``, ``.npz``, ``.mat``, HDF5 (``.h5 .hdf5``)
+        - Parquet (``.parquet``) and Arrow IPC (``.arrow .feather .ipc``)
+        - ROS: ROS 1 ``.bag``, folder or ``.db3`` of a ROS 2 bag, ``.mcap``
+        - autopilots: PX4's ``.ulg``, ArduPilot's ``.bin`` or its text, Betaflight's ``.bbl``
+        - cameras: ``.mp4``
+        - data frames of pandas or polars, and objects with ``__arrow_c_stream__``
+        - dicts of arrays by name, structured arrays, arrays (n,) or (n, k)
     rate
         Samples per second, Hz. Necessary if the file has neither timestamps nor a rate in its
         metadata. With timestamps, it must agree with them to 1 %, and becomes the rate of the log.

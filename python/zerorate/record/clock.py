@@ -1,4 +1,4 @@
-"""Report on a log's clock: deviations of its stamps from a uniform grid."""
+"""Report on the clock of a log: deviations of its stamps from a uniform grid."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Final
 from zerorate.numerals import shorten
 
 RATE_TOLERANCE: Final = 0.01
-"""Largest relative difference of a rate from the stated one, and of stamps from their grid."""
+"""Largest relative difference between two rates, and between stamps and their grid."""
 
 _SCALE_TOLERANCE: Final = 1e-3
-"""Relative error of a rate below which angles are unaffected: no gyro's scale is known better."""
+"""Relative error of a rate that does not matter for angles: gyro scales are less accurate."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class ClockReport:
 
     @property
     def as_stated(self) -> bool:
-        """True if the rate is the stated one, and nothing contradicts it."""
+        """True if the rate is the stated rate, and no stamps contradict it."""
         return not self.stamped and not self._faults()
 
     def summary(self) -> str:
@@ -137,7 +137,7 @@ class ClockReport:
 
 
 def count_noun(count: int, noun: str) -> str:
-    """Return a count with its noun, in the plural unless it is one."""
+    """Return a count with its noun, in the plural unless the count is 1."""
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 

@@ -49,9 +49,9 @@ class Bursts(NamedTuple):
 def find_bursts(stamps: Floats, rate: float | None = None) -> Bursts | None:
     """Return the bursts in which samples arrived; None if the stamps are no arrival stamps.
 
-    Stamps are arrival stamps if most steps are clearly shorter than the period by the number of
-    rows, and samples after a pause compensate for pauses of any length. A sensor that is switched
-    off and on does neither. With a stated ``rate``, Hz, this evidence is not necessary.
+    Arrival stamps have two properties. Most steps are clearly shorter than the period by the number
+    of rows. And samples after a pause compensate for the pause, whatever its length. A sensor that
+    is switched off and on has neither. With a stated ``rate``, Hz, this evidence is not necessary.
     """
     steps = np.diff(stamps)
     lag = min(_LAG_ROWS, len(stamps) // 8)

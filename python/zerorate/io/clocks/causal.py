@@ -1,11 +1,10 @@
 """Clock of a live stream: immediate estimates, and their later revisions.
 
 The clock of a log (`zerorate.io.clocks.clock`) uses all stamps, the clock of a stream only the
-stamps to date. Both follow one rule: a sample comes one period after the sample before, however
-late, coarse or equal the stamps are, unless samples were lost. If only later stamps can show a
-loss, this clock first decides by its current state. When these stamps have arrived, it calls the
-functions of the log's clock. If their result differs, `CausalClock.revised` contains the corrected
-steps.
+stamps to date. Both follow one rule: without a loss, a sample comes one period after the sample
+before, even if the stamps are late, coarse or equal. If only later stamps can show a loss, this
+clock first decides by its current state. When these stamps have arrived, it calls the functions of
+the log's clock. If their result differs, `CausalClock.revised` contains the corrected steps.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Repeated rows in a live stream, recognised with the tests for a log.
 
-A log omits repeated rows if its sensor certainly is slower (`zerorate.io.clocks.repeats`) or rows
-were sent twice, and its stamps do not confirm the stated rate for all rows. A stream makes these
-tests as soon as it has enough rows.
+A log omits repeated rows for one of two reasons: its sensor is slower
+(`zerorate.io.clocks.repeats`), or rows were sent twice. It keeps them if the stamps confirm the
+stated rate for all rows. A stream makes the same tests when it has enough rows.
 """
 
 from __future__ import annotations

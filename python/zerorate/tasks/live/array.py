@@ -179,9 +179,9 @@ class ArrayEngine(TimedEngine):
     extra_columns : sequence of str
         Extra columns.
     samples : int
-        Number of samples to date, including lost and garbled ones.
+        Number of samples to date, including lost and garbled samples.
     stamp_clock : StampClock, optional
-        Clock whose gaps count as missing samples.
+        Clock; its gaps count as missing samples.
     """
 
     def __init__(

@@ -269,7 +269,7 @@ class AttitudeEngine(TimedEngine):
     filter : Attitude
         The filter.
     samples : int
-        Number of samples to date, including lost and garbled ones.
+        Number of samples to date, including lost and garbled samples.
     stamp_clock : StampClock, optional
         The clock.
     """

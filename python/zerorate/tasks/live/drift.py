@@ -36,11 +36,11 @@ class DriftEngine(TimedEngine):
     scale, limit : float, optional
         Factor of the samples, and end of the sensor's range.
     samples : int
-        Number of samples to date, including lost and garbled ones.
+        Number of samples to date, including lost and garbled samples.
     accel : sequence of int
         Columns of an accelerometer, x, y, z; empty without one.
     stamp_clock : StampClock, optional
-        Clock with gaps that count as missing samples.
+        Clock; its gaps count as missing samples.
     correct : callable, optional
         Function that corrects a gyro sample with a calibration; it also gets the force.
     """

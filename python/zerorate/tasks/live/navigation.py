@@ -247,7 +247,7 @@ class NavigationEngine(TimedEngine):
     stamp_clock : StampClock
         The clock.
     samples : int
-        Number of samples to date, including lost ones.
+        Number of samples to date, including lost samples.
     """
 
     def __init__(

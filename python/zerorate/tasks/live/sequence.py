@@ -21,9 +21,9 @@ class SequenceCount:
     A sample is late if its number repeats, or is up to a second behind. The source has restarted if
     a number is further behind, is more than an hour ahead, or is the 32nd late one in a row.
 
-    The wrap follows from `bits`, or is learned. It is known if the step from the highest to the
-    lowest number fits a counter of at least 8 bits, or the numbers jump back twice at the same
-    value. Then numbers are read modulo the period, and may be late by up to a quarter of it.
+    The wrap follows from `bits`, or is learned. Either the step from the highest to the lowest
+    number fits a counter of at least 8 bits. Or the numbers jump back twice at the same value. Then
+    numbers are read modulo the period, and may be late by a quarter of it at most.
 
     Parameters
     ----------

@@ -79,7 +79,7 @@ class TimedEngine(Engine):
     layout : Layout
         Layout of every line.
     samples : int
-        Number of samples to date, including lost and garbled ones.
+        Number of samples to date, including lost and garbled samples.
     stamp_clock : StampClock, optional
         Clock; without it, samples are one period apart.
     check : ImpossibleRateDetector, optional
