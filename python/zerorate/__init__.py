@@ -1,4 +1,4 @@
-"""Calibrate, filter and navigate with MEMS inertial sensors, live or from a log.
+"""Turns the raw output of MEMS inertial sensors into numbers to navigate by, live or from a log.
 
 A record of one axis has shape (n,), a record of k axes has shape (n, k); both are float64. Every
 function that takes samples also accepts a `Log`, a data frame, a series or an Arrow table. Arrays
