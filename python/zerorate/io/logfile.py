@@ -163,10 +163,10 @@ def open_imu(
 ) -> tuple[LogFile, LogFile | None]:
     """Open the log of a gyro, as `open_log` does, and the log of its accelerometer.
 
-    The accelerometer is in the same table: the one with the gyro's device name, or the only one. It
-    is None if there is no accelerometer, if it does not have three axes or cannot be read, or if
-    ``sensor`` requests all gyros. If the table has several gyros and ``sensor`` names none, a
-    LogError lists them.
+    The accelerometer is in the same table: it has the gyro's device name, or is the only one. The
+    result has None for it in three cases: it is missing or cannot be read, it does not have three
+    axes, or ``sensor`` requests all gyros. If the table has several gyros and ``sensor`` names
+    none, a LogError lists them.
     """
     return _open_logs(path, ReadOptions.of(**arguments), unit, accel=True)
 

@@ -543,8 +543,8 @@ def read_sensors(
     source
         As in `read_log`.
     unit
-        Unit of the rates, of the accelerations, or both (with a comma, or as a sequence), if the
-        file does not state it. A column without a known sensor or suffix has the first unit.
+        Unit of the rates, of the accelerations, or both (with a comma, or as a sequence). Give it
+        if the file does not state it. A column without a known sensor or suffix has the first unit.
     **arguments
         Arguments of `read_log`. By default one gyro and one accelerometer of every device are read.
         ``scale`` can have a factor for each kind, ``{"gyro": 1 / 131, "accel": 1 / 16384}``.

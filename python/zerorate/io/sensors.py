@@ -131,9 +131,9 @@ def keep_best_stage(sensors: Sequence[Sensor]) -> tuple[list[Sensor], list[Senso
 def choose_sensors(sensors: Sequence[Sensor], wanted: str | None) -> list[Sensor]:
     """Return the selected sensor of a kind; for ``"all"``, one sensor per device.
 
-    Of several sensors with this name, the preferred one has three axes, the best stage, the lowest
-    number, and the first position in the file, in this order. ``"all"`` selects the best stage of
-    every device.
+    If several sensors have this name, these properties decide in turn: three axes, the best stage,
+    the lowest number, the first position in the file. ``"all"`` selects the best stage of every
+    device.
 
     Raises
     ------

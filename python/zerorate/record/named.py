@@ -114,8 +114,8 @@ def for_stream(owner: object, names: Sequence[str], values: Sequence[Any]) -> li
     Raises
     ------
     ValueError
-        If a log's rate differs from the object's rate, its unit cannot be converted, or its clock
-        differs from the clock of the first log.
+        If a log has another rate than the object or another clock than the first log. Also if its
+        unit cannot be converted.
     """
     logs = {name: one for name, one in zip(names, values, strict=True) if isinstance(one, Log)}
     rate = getattr(owner, "rate", None)

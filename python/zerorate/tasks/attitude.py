@@ -130,9 +130,9 @@ def estimate_attitude(
     fix : bool
         Correct the gyro's unit or axes if the motion clearly contradicts them.
     reference : Poses, path or sequence of str, optional
-        True orientation from sensor to earth: poses on the clock of the recording, a file of poses
-        with any north, or the names of the source's four columns w, x, y, z. Default: columns named
-        like an orientation, such as ``ref_quat_w``.
+        True orientation from sensor to earth. Either poses on the clock of the recording, a file of
+        poses with any north, or names of four columns w, x, y, z of the source. Default: columns
+        named like an orientation, such as ``ref_quat_w``.
     reference_offset : float
         Offset added to the times of the poses, s.
     reference_frame : {"enu", "ned", "nwu"}, optional

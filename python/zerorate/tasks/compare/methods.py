@@ -100,8 +100,8 @@ def resolve_methods(methods: Sequence[str | OwnMethod | Callable[..., Any]]) -> 
     Raises
     ------
     ValueError
-        If there is no method, two methods have the same name, or a method of the user cannot be
-        found or has the name of a method of the package.
+        If there is no method, or two methods have the same name. Also if a method of the user
+        cannot be found, or has the name of a method of the package.
     """
     specs = [_resolve_method(spec) for spec in methods]
     names = [name_of(spec) for spec in specs]

@@ -162,10 +162,11 @@ def run(
     Parameters
     ----------
     methods : sequence of str, OwnMethod or callable
-        ``"raw"``, ``"mean"`` of all samples to date, ``"ema"`` (a moving average with the best gain
-        in hindsight for each model), methods of `zerorate.DriftFilter` with its defaults, methods
-        of the user, or callables. A callable gets k records, shape (n, k), and their rate. It
-        returns the drift, or an `Estimate` of drift and sigma. All names must differ.
+        Names, methods of the user, or callables. Names: ``"raw"``, ``"mean"`` of all samples to
+        date, ``"ema"`` (the moving average with the best gain in hindsight for each model), and
+        methods of `zerorate.DriftFilter` with its defaults. A callable gets k records, shape (n,
+        k), and their rate. It returns the drift, or an `Estimate` of drift and sigma. All names
+        must differ.
     models : sequence of GyroModel, optional
         The gyros; default all of `MODELS`.
     seeds : int

@@ -19,11 +19,13 @@ class SequenceCount:
     """Counts of the samples that a source lost, from the sequence numbers.
 
     A sample is late if its number repeats, or is up to a second behind. The source has restarted if
-    a number is further behind, is more than an hour ahead, or is the 32nd late one in a row.
+    a number is further behind or more than an hour ahead. It has also restarted at the 32nd late
+    number in a row.
 
-    The wrap follows from `bits`, or is learned. Either the step from the highest to the lowest
-    number fits a counter of at least 8 bits. Or the numbers jump back twice at the same value. Then
-    numbers are read modulo the period, and may be late by a quarter of it at most.
+    The wrap follows from `bits`, or is learned. It is learned from a step from the highest to the
+    lowest number of a counter with at least 8 bits. Otherwise, it is learned if the numbers jump
+    back twice at the same value. Then numbers are read modulo the period, and may be late by a
+    quarter of it at most.
 
     Parameters
     ----------

@@ -69,10 +69,10 @@ _NEXT_STEP: Final = Step(0, None, math.nan)
 class TimedEngine(Engine):
     """Engine that can process its last samples again if later samples change a decision.
 
-    While a decision of the clock or of the rate check is open, the engine keeps these samples and
-    the filter's state before them. If the decision changes, the filter processes the corrected
-    samples from that state. The result is the same as with the right decision. This also applies to
-    repeated rows, from a slower sensor or sent twice.
+    While a decision on the clock or on a rate is open, the engine keeps these samples and the
+    filter's earlier state. If the decision changes, the filter processes the corrected samples from
+    that state. The result is then the same as with the right decision. Repeated rows, from a slower
+    sensor or sent twice, are treated in the same way.
 
     Parameters
     ----------
