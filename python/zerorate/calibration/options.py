@@ -14,8 +14,8 @@ _ROWS: Final = (
         default=None,
         unit="m/s^2",
         expected="from {} to {} m/s^2".format(*GRAVITY_RANGE_M_S2),
-        meaning="Local gravity in m/s^2. Default: 9.80665; its error, up to 0.3 %, is then in the "
-        "accelerometer's scale",
+        meaning="Local gravity in m/s^2. Default: 9.80665. Its error, up to 0.3 %, becomes an "
+        "error of the accelerometer's scale",
     ),
     Option.choice(
         "frame",
