@@ -176,7 +176,7 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::MaybeNumber,
         unit: "unit of the samples",
         expected: "a positive number",
-        meaning: "End of the sensor's range, from which on samples are missing",
+        meaning: "End of the sensor's range; samples at or beyond it count as missing",
         methods: &METHODS,
         get: |o| maybe(o.behaviour.limit),
         set: |o, value| set_maybe(&mut o.behaviour.limit, value),
@@ -294,8 +294,8 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::PairOr(&[AS_PUBLISHED]),
         unit: "",
         expected: ZONES_EXPECTED,
-        meaning: "Normalised innovation from which a sample is an outlier, and share of it from which the \
-                  innovation is bounded",
+        meaning: "Thresholds kappa,beta: above kappa standard deviations of the innovation a sample is an \
+                  outlier; above beta times kappa its innovation is bounded",
         methods: ROBUST,
         get: |o| match robust(o).zones {
             Zones::Published => Value::Word(AS_PUBLISHED),
