@@ -167,6 +167,8 @@ __all__ = [
     "parse_rows",
     "position_options",
     "propagate_turns",
+    "read_blackbox",
+    "read_gopro",
     "read_mcap",
     "register",
     "restore_clipped_rates",
@@ -1611,6 +1613,20 @@ def propagate_turns(
 def dataflash_index(
     raw: npt.NDArray[np.uint8],
 ) -> tuple[list[tuple[int, bytes, bytes, bytes, int, npt.NDArray[np.uint64]]], int, int]: ...
+def read_gopro(
+    raw: npt.NDArray[np.uint8], wanted: Sequence[bytes]
+) -> (
+    tuple[
+        bytes,
+        list[tuple[bytes, bytes, bytes, bytes, _Floats, _Floats]],
+        list[bytes],
+        tuple[int, int],
+    ]
+    | None
+): ...
+def read_blackbox(
+    raw: npt.NDArray[np.uint8], wanted: Sequence[str]
+) -> list[tuple[list[tuple[str, str]], list[str], list[npt.NDArray[np.int64]], int, int]]: ...
 def read_mcap(
     raw: npt.NDArray[np.uint8],
     wanted: Sequence[int],

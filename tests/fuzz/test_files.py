@@ -38,8 +38,6 @@ def told(path, read):
 @pytest.mark.every(2)
 @pytest.mark.parametrize("name", FORMATS)
 def test_damaged_files(search, tmp_path, name):
-    if name == "a.mp4":
-        pytest.importorskip("telemetry_parser")
     path = written(tmp_path, name)
     whole = path.read_bytes()
 

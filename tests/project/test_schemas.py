@@ -6,7 +6,9 @@ import jsonschema
 import pytest
 
 import zerorate as zr
+from zerorate.noise.characterise import models_json
 from zerorate.schemas import FORMATS, load_schema
+from zerorate.tasks.assistant import describe_samples
 
 
 def recording(kind, seconds=40.0):
@@ -46,6 +48,19 @@ def test_the_records_of_a_batch(command, tmp_path):
         check("batch", path.read_text(encoding="utf-8"))
 
 
+def test_noise_models():
+    noise = zr.NoiseModel(angle_random_walk=0.01, rate_random_walk=3e-4)
+    samples, _ = zr.simulate(noise, rate=100.0, duration=600.0, seed=1)
+    for made in (zr.characterise(samples, rate=100.0), zr.characterise(recording("hand")["gyro"])):
+        check("models", models_json(made.sensors))
+
+
+def test_samples_of_attitudes_and_tracks():
+    check("samples", describe_samples("attitude", zr.estimate_attitude(recording("hand"))))
+    drive = zr.simulate_drive(50.0, 60.0, seed=2).recording()
+    check("samples", describe_samples("navigate", zr.navigate(drive)))
+
+
 def test_a_changed_report_does_not_pass():
     content = json.loads(zr.report(recording("hand")).to_json())
     for change in ({"version": 2}, {"findings": [{}]}, {"more": 1}):
@@ -54,5 +69,5 @@ def test_a_changed_report_does_not_pass():
 
 
 def test_an_unknown_format_is_refused():
-    with pytest.raises(ValueError, match="must be one of report, check, batch"):
+    with pytest.raises(ValueError, match="must be one of report, check, batch, models, samples"):
         load_schema("track")

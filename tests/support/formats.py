@@ -9,6 +9,7 @@ from scipy.io import savemat
 
 import zerorate as zr
 from support.bags import write_recording
+from support.blackboxes import write_blackbox
 from support.dataflash import flight as copter
 from support.dataflash import write_dataflash, write_text
 from support.gopros import write_gopro
@@ -63,6 +64,7 @@ _WRITERS = {
     "a.bin": lambda path: write_dataflash(path, copter(N)),
     "a.tlog": lambda path: write_tlog(path, N),
     "a.mp4": lambda path: write_gopro(path, *_CAMERA, rate=8),
+    "a.bbl": lambda path: write_blackbox(path, 1000 * np.arange(N), np.tile(_CAMERA[0], 5)[:, :14]),
     "packed.mcap": _mcap,
     "a.log": lambda path: write_text(path, copter(N)),
 }

@@ -7,14 +7,17 @@ import numpy as np
 TICK, TSMP, STNM, SIUN, SCAL, TMPC = b"TICK", b"TSMP", b"STNM", b"SIUN", b"SCAL", b"TMPC"
 
 
-def write_gopro(path, gyro, accel, rate=200, scale=(3755, 418), more=()):
+def write_gopro(path, gyro, accel, rate=200, scale=(3755, 418), more=(), lost=None, fixes=None):
     """Write whole numbers (n, 3) and (n / 2, 3) in packets of a second; return the path.
 
     ``more`` are further entries of both streams, as pairs of a key and a text. Without any values
-    there are exposures alone.
+    there are exposures alone. ``lost`` is the second of a packet that is left out, ``fixes`` are
+    latitudes and longitudes, deg, and heights, m, at 18 Hz.
     """
     packets = []
     for second in range(max(2, -(-len(gyro) // rate))):
+        if second == lost:
+            continue
         streams = b""
         for key, values, own, factor, unit, name in (
             (b"GYRO", gyro, rate, scale[0], b"rad/s", b"Gyroscope (z,x,y)"),
@@ -37,10 +40,23 @@ def write_gopro(path, gyro, accel, rate=200, scale=(3755, 418), more=()):
             name = _entry(STNM, b"c", 1, b"Exposure time")
             shut = _entry(b"SHUT", b"f", 4, struct.pack(">3f", 0.1, 0.2, 0.3))
             streams = _entry(b"STRM", b"\0", 1, name + shut)
+        if fixes is not None:
+            streams += _fix_stream(fixes[18 * second : 18 * (second + 1)], second)
         packets.append(_entry(b"DEVC", b"\0", 1, streams))
     head = _box(b"ftyp", b"mp41" + bytes(4) + b"mp41")
     path.write_bytes(head + _box(b"mdat", b"".join(packets)) + _movie(packets, len(head) + 8))
     return path
+
+
+def _fix_stream(fixes, second):
+    whole = np.column_stack([fixes * (1e7, 1e7, 1e3), np.zeros((len(fixes), 2))]).round()
+    entries = [
+        _entry(TICK, b"L", 4, struct.pack(">I", 5000 + 1000 * second)),
+        _entry(b"GPSF", b"L", 4, struct.pack(">I", 3)),
+        _entry(SCAL, b"l", 4, struct.pack(">5i", 10**7, 10**7, 1000, 1000, 100)),
+        _entry(b"GPS5", b"l", 20, whole.astype(">i4").tobytes()),
+    ]
+    return _entry(b"STRM", b"\0", 1, b"".join(entries))
 
 
 def _entry(key, kind, size, raw):

@@ -50,11 +50,14 @@ _ARROW: Final = Needs("pyarrow", "io")
 _ULOG_MARK: Final = b"ULog\x01\x12\x35"
 _MAT_MARKS: Final = (b"MATLAB 5.0", b"MATLAB 7.3")
 _IPC_MARKS: Final = (b"ARROW1", b"\xff\xff\xff\xff")
-_VIDEO_SUFFIXES: Final = (".mp4", ".mov", ".360", ".insv", ".bbl", ".bfl", ".gcsv")
+_VIDEO_SUFFIXES: Final = (".mp4", ".mov", ".360", ".insv", ".gcsv")
 _TELEMETRY: Final = Needs("telemetry_parser", "camera")
+"""For cameras other than GoPro's."""
+_BLACKBOX_MARKS: Final = (b"H Product:Blackb",)
 _HDF5: Final = Needs("h5py", "hdf5")
 _MAVLINK: Final = "a telemetry log of MAVLink"
-_CAMERAS: Final = "a video or flight recorder"
+_CAMERAS: Final = "a video with telemetry"
+_BLACKBOX: Final = "a blackbox log"
 
 _TEXTS: Final = (".csv", ".tsv", ".txt", ".dat", ".json", ".jsonl", ".ndjson", ".gpx")
 TEXT: Final = Format("text", "a text table", _TEXTS, (), _import_reader("text"))
@@ -90,6 +93,7 @@ FORMATS: Final = (
     _format("dataflash", "a DataFlash log", (".bin",), (b"\xa3\x95\x80",), "ardupilot.read_binary"),
     _format("dataflash text", "a DataFlash log as text", (), (), "ardupilot.read_text"),
     _format("mavlink", _MAVLINK, (".tlog",), (), "mavlink", matches_head=is_telemetry),
+    _format("blackbox", _BLACKBOX, (".bbl", ".bfl"), _BLACKBOX_MARKS, "blackbox"),
     _format("camera", _CAMERAS, _VIDEO_SUFFIXES, (), "camera", _TELEMETRY, is_camera_file),
 )
 """To add one, see "Adding a reader" in CONTRIBUTING.md."""

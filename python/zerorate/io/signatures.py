@@ -1,4 +1,4 @@
-"""Beginnings of files without a few fixed bytes: texts, telemetry, videos, recorders."""
+"""Beginnings of files without a few fixed bytes: texts, telemetry, videos."""
 
 import re
 from typing import Final
@@ -6,7 +6,7 @@ from typing import Final
 _HEAD_BYTES: Final = 1 << 17
 _VIDEO_BOXES: Final = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
 """Boxes with which videos begin."""
-_RECORDER_MARKS: Final = (b"H Product:Blackbox", b"GYROFLOW IMU LOG")
+_GYROFLOW_MARK: Final = b"GYROFLOW IMU LOG"
 
 MAVLINK_1, MAVLINK_2 = 0xFE, 0xFD
 """First bytes of packets."""
@@ -35,7 +35,5 @@ def is_telemetry(head: bytes) -> bool:
 
 
 def is_camera_file(head: bytes) -> bool:
-    """Return True if a file begins as a video, or as the log of a flight recorder."""
-    return head[4:8] in _VIDEO_BOXES or any(
-        head.startswith(text[: len(head)]) for text in _RECORDER_MARKS
-    )
+    """Return True if a file begins as a video, or as a log for Gyroflow."""
+    return head[4:8] in _VIDEO_BOXES or head.startswith(_GYROFLOW_MARK[: len(head)])

@@ -8,8 +8,9 @@ from zerorate.faults import ArgumentError
 
 __all__ = ["FORMATS", "load_schema"]
 
-FORMATS: Final = ("report", "check", "batch")
-"""Formats with a schema: a report, checks, and the record of a batch for one log."""
+FORMATS: Final = ("report", "check", "batch", "models", "samples")
+"""Formats with a schema: a report, checks, the record of a batch for one log, noise models, and
+the samples of an attitude or a track."""
 
 
 def load_schema(name: str) -> dict[str, Any]:
@@ -17,9 +18,10 @@ def load_schema(name: str) -> dict[str, Any]:
 
     Parameters
     ----------
-    name : {"report", "check", "batch"}
-        The report of `zerorate.report`, the checks of `zerorate.check`, or the record that
-        `zerorate.batch` writes next to each output.
+    name : {"report", "check", "batch", "models", "samples"}
+        The report of `zerorate.report`, the checks of `zerorate.check`, the record that
+        `zerorate.batch` writes next to each output, the noise models of ``zerorate allan --export
+        json``, or the answers of the tools attitude and navigate of ``zerorate mcp``.
 
     Returns
     -------

@@ -377,7 +377,7 @@ def navigate(
     request = AidRequest.take(others)
     mag, baseline, limits = (others.pop(name, None) for name in ("mag", "baseline", "limits"))
     wheeled = vehicle if wheels is None else "wheeled"
-    reading, constants = split_options(others, NAVIGATION_OPTIONS)
+    reading, constants = split_options(others, NAVIGATION_OPTIONS, AidArguments.__optional_keys__)
     filter_options = {
         **_vehicle_options(wheeled, axle, constants),
         **_aid_options(baseline, limits),

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from difflib import get_close_matches
 from pathlib import Path, PurePath
 from typing import Any, TypeAlias, TypedDict
 
@@ -44,9 +45,11 @@ class ReadingArguments(UnscaledArguments, total=False):
 
 
 def split_options(
-    options: Mapping[str, Any], table: Mapping[str, object]
+    options: Mapping[str, Any], table: Mapping[str, object], taken: Iterable[str] = ()
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Split options into arguments of reading and options in a filter's table.
+
+    `taken` are further arguments of the task, for the error on an unknown one.
 
     Raises
     ------
@@ -56,8 +59,12 @@ def split_options(
     known = ReadingArguments.__optional_keys__
     unknown = [name for name in options if name not in known and name not in table]
     if unknown:
-        listed = ", ".join((*table, *sorted(known)))
-        raise TypeError(f"there is no argument '{unknown[0]}'; further ones are {listed}")
+        further = (*table, *sorted(taken), *sorted(known))
+        close = get_close_matches(unknown[0], further, 1)
+        hint = (
+            f": did you mean '{close[0]}'?" if close else f"; further ones are {', '.join(further)}"
+        )
+        raise TypeError(f"there is no argument '{unknown[0]}'{hint}")
     reading = {name: value for name, value in options.items() if name in known}
     return reading, {name: value for name, value in options.items() if name in table}
 

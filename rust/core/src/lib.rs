@@ -20,6 +20,8 @@ pub mod allan;
 #[cfg(feature = "std")]
 pub mod array;
 pub mod attitude;
+#[cfg(feature = "std")]
+pub mod blackbox;
 pub mod calibrate;
 #[cfg(feature = "std")]
 pub mod checks;
@@ -29,6 +31,8 @@ pub mod dataflash;
 pub mod denoise;
 pub mod drift;
 mod error;
+#[cfg(feature = "std")]
+pub mod gopro;
 #[cfg(feature = "std")]
 pub mod identification;
 pub mod linear;

@@ -4,6 +4,7 @@
 mod allan;
 mod array;
 mod attitude;
+mod blackbox;
 mod calibrate;
 mod checks;
 mod common;
@@ -12,6 +13,7 @@ mod denoise;
 mod deviations;
 mod drift;
 mod foot;
+mod gopro;
 mod identification;
 mod least_squares;
 mod linear;
@@ -35,6 +37,8 @@ mod _native {
     #[pymodule_export]
     use crate::attitude::{Attitude, Tilt, attitude_options, tilt_options};
     #[pymodule_export]
+    use crate::blackbox::read_blackbox;
+    #[pymodule_export]
     use crate::calibrate::{ImuCorrector, TemperatureFilter, integrate_rates, propagate_turns};
     #[pymodule_export]
     use crate::checks::{check_field, check_fit, check_gyro, check_ticks};
@@ -50,6 +54,8 @@ mod _native {
     use crate::drift::{DriftFilter, filter_options};
     #[pymodule_export]
     use crate::foot::{FootFilter, foot_lead, foot_track, restore_clipped_rates};
+    #[pymodule_export]
+    use crate::gopro::read_gopro;
     #[pymodule_export]
     use crate::identification::{
         arma_fit, arma_grid, arma_likelihood, arma_residuals, autoregression_variances,

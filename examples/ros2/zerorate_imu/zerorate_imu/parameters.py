@@ -20,7 +20,7 @@ class Parameter:
 
 OWN = (
     Parameter("rate", 0.0, "Samples per second; 0: from the stamps of the first messages"),
-    Parameter("attitude", True, "Tell the orientation as well, by gyro and accelerometer"),
+    Parameter("attitude", True, "Publish the orientation too, from gyro and accelerometer"),
     Parameter(
         "state_file", "", "Keeps what is known of the noise from run to run; empty: nothing is kept"
     ),

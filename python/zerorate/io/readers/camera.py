@@ -1,13 +1,12 @@
-"""Videos and flight recorders that telemetry-parser reads: GoPro, Sony, Betaflight and others.
+"""Videos of cameras: GoPro by the core, Sony, Insta360, DJI and others by telemetry-parser.
 
 If packets of samples have their own clock, raw values are read with their scale, unit and
-temperature, each sensor on its clock; else what telemetry-parser makes of them, in its common axes.
+temperature, each sensor on its clock. Otherwise times, axes and units are telemetry-parser's.
 """
 
 from __future__ import annotations
 
 import os
-import re
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,6 +17,8 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from zerorate.io.readers import gopro
+from zerorate.io.readers.gopro import MAX_LISTED, UNITS
 from zerorate.io.readers.isolated import run_isolated
 from zerorate.io.readers.rows import make_content
 from zerorate.io.table import Column, Content, Metadata, Table
@@ -28,38 +29,27 @@ from zerorate.types import Floats
 _Group = Mapping[str, Any]
 
 _KINDS: Final = {"Gyroscope": "gyro", "Accelerometer": "accel", "Magnetometer": "mag"}
-_UNITS: Final = {
-    "rad/s": "radps",
-    "deg/s": "dps",
-    "°/s": "dps",
-    "m/s²": "mps2",
-    "m/s^2": "mps2",
-    "g": "g",
-    "µT": "ut",
-    "μT": "ut",
-}
 _CLOCK_FIELDS: Final = {"TimestampUs": 1, "0x5449434b": 1000}
 """Clocks of a packet: of GoPro's STMP and TICK, and their microseconds."""
-_CHANNEL_AXES: Final = {"up/down": "z", "right/left": "x", "forward/back": "y"}
-_CHANNEL_NAMES: Final = re.compile(r"\(([\w/]+), ?([\w/]+), ?([\w/]+)\)")
 _COMMON_COLUMNS: Final = {"gyro": "gyro_{}_dps", "accl": "accel_{}_mps2", "magn": "mag_{}_ut"}
 """Columns that telemetry-parser makes for all cameras, and their units."""
-_MAX_LISTED: Final = 12
-"""Things that a sentence lists."""
 
 _MIN_UNSUPPORTED_PYTHON: Final = (3, 13)
 """The first Python for which telemetry-parser has no wheel, and it has no sources on the index."""
 
 
 def read(path: Path) -> Content:
-    """Return a table of each sensor of a camera or recorder."""
+    """Return a table of each sensor of a camera."""
+    content = None if path.suffix.lower() == ".gcsv" else gopro.read(path)
+    if content is not None:
+        return content
     if find_spec("telemetry_parser") is None:
-        needed = describe_missing_extra("telemetry_parser", "camera", "a video or flight recorder")
+        needed = describe_missing_extra("telemetry_parser", "camera", "the video of this camera")
         is_unsupported = tuple(sys.version_info) >= _MIN_UNSUPPORTED_PYTHON
         raise ImportError(f"{needed}, with Python 3.12 or older" if is_unsupported else needed)
     result, arrays = run_isolated("camera_sensors", path)
     if not result["sensors"]:
-        listed = ", ".join(result["others"][:_MAX_LISTED]) or "nothing that it knows"
+        listed = ", ".join(result["others"][:MAX_LISTED]) or "nothing that it knows"
         raise LogError(f"no gyro is found in this file of {result['camera']}; there is: {listed}")
     columns = iter(arrays)
     tables = {}
@@ -161,7 +151,7 @@ def _read_clocked(name: str, packets: Sequence[_Group]) -> Sensor | None:
     unit = {packet.get("Unit") for packet in packets}
     if len(rows) < 2 or clock is None or len(unit) > 1 or not all(map(_are_triads, rows)):
         return None
-    suffix = _UNITS.get(str(unit.pop()))
+    suffix = UNITS.get(str(unit.pop()))
     scales = {packet.get("Scale", 1) for packet in packets}
     if suffix is None or len(scales) > 1 or not isinstance(scale := scales.pop(), (int, float)):
         return None
@@ -208,18 +198,12 @@ def _find_orientation(packet: _Group) -> tuple[list[tuple[int, int]], str, str]:
         order = [
             ("xyz".index(letter.lower()), 1 if letter.isupper() else -1) for letter in orientation
         ]
-        return (
-            order,
-            "those of telemetry-parser",
-            f"axes are turned by the orientation {orientation}",
-        )
-    match = _CHANNEL_NAMES.search(str(packet.get("Name", "")))
-    channels = [_CHANNEL_AXES.get(part, part) for part in match.groups()] if match else []
-    if match is not None and sorted(channels) == ["x", "y", "z"]:
-        order = [(channels.index(axis), 1) for axis in "xyz"]
-        note = f"the channels are {match[0][1:-1]}, of which x, y, z are made"
-        return order, "right or left, forward or back, up", note
-    return [(0, 1), (1, 1), (2, 1)], "those of the channels", "the axes' directions are unknown"
+        note = f"axes are turned by the orientation {orientation}"
+        return order, "those of telemetry-parser", note
+    order, note = gopro.find_orientation("", str(packet.get("Name", "")))
+    if note:
+        return order, gopro.AXES, note
+    return order, "those of the channels", "the axes' directions are unknown"
 
 
 def _read_common(rows: Sequence[Mapping[str, Any]]) -> Iterator[Sensor]:
