@@ -1,4 +1,4 @@
-"""Calibration: deterministic errors of an inertial sensor, with their errors, and their removal."""
+"""Calibration of inertial sensors: scale, misalignment and bias, their errors, and correction."""
 
 from typing import TYPE_CHECKING, Final
 

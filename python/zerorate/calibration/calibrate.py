@@ -1,4 +1,4 @@
-"""Calibration of a gyroscope and an accelerometer from poses and turns by hand."""
+"""Calibration of a gyroscope and an accelerometer from poses and rotations by hand."""
 
 from __future__ import annotations
 
@@ -34,30 +34,31 @@ def calibrate(
     Parameters
     ----------
     recording : Recording, optional
-        With a gyro and an accelerometer, each on its own clock; NaN marks missing samples.
+        Recording with a gyro and an accelerometer, each on its own clock; NaN marks missing
+        samples.
     gravity : float, optional
-        Local gravity, m/s^2. Default 9.80665; an error of it, up to 0.3 %, is an error of the
-        accelerometer's scale.
+        Local gravity, m/s^2. Default 9.80665. A wrong value makes the accelerometer's scale wrong
+        by the same factor, up to 0.3 %.
     accel, gyro : str, Log or array_like, shape (n, 3), optional
-        Names of logs in the recording, if it has several, or the samples themselves. An array has
-        no unit: it follows from gravity and the turns, and corrected samples are in rad/s and
-        m/s^2.
+        Names of logs in the recording, if it has several logs of a kind, or the samples themselves.
+        An array has no unit: the unit follows from gravity and the rotations. Corrected samples are
+        then in rad/s and m/s^2.
     rate : float, optional
         Samples per second of arrays, Hz.
     rests : iterable of Rest or (start, stop), optional
-        Where the sensor rested, s. Default: found by `find_rests`.
+        Intervals at rest, s. Default: found by `find_rests`.
     g_sensitivity : {"auto", True, False}
-        Subtract the g-sensitivity in rotations, too. "auto": if one of its elements differs from
-        zero by three standard errors. False: it is not even estimated from the rests.
+        True: subtract the g-sensitivity in rotations. "auto": subtract it if one of its elements
+        differs from zero by three standard errors. False: do not estimate it at all.
     frame : {"x", "z", "symmetric"}
         Axes of the body, as in `Calibration`.
     prior : {"datasheet", "wide"}
-        "datasheet": standard deviations of 5 % for the scale, 30 mrad for the cross terms and 100
-        mg for the accelerometer's bias. "wide": each is only smaller than half of the scale.
-        Default "datasheet", and "wide" for a sensor of unknown unit.
+        Standard deviations before the fit. "datasheet": 5 % for the scale, 30 mrad for the cross
+        terms and 100 mg for the accelerometer's bias. "wide": half of the scale for each parameter.
+        Default: "datasheet", but "wide" for a sensor of unknown unit.
     saturation : float, optional
-        End of the gyro's range, raw unit. Default: the largest or smallest value of an axis, if it
-        occurs ten times.
+        End of the gyro's range, raw unit. Default: the largest or smallest value of an axis, if
+        this value occurs ten times.
 
     Returns
     -------
@@ -68,7 +69,7 @@ def calibrate(
     Raises
     ------
     CalibrationError
-        With fewer than 4 rests or 6 turns that can be used.
+        With fewer than 4 usable rests or 6 usable rotations.
     LogError
         If a sensor is missing, does not have three axes, or its data contradict its stated unit.
     ValueError, TypeError
@@ -76,16 +77,15 @@ def calibrate(
 
     Notes
     -----
-    The method of Tedaldi, Pretto and Menegatti ("A robust and easy to implement method for IMU
-    calibration without external equipments", ICRA 2014, section IV), rests and turns without any
-    equipment, as one least-squares fit: the residuals are those of the sensors, in their standard
-    errors, with a prior, so that the scale cannot vanish and the covariance is that of all at
-    once. A parameter is not identifiable if its standard error is above 0.3 of the data sheet's;
-    it stays where it was then.
+    The method follows Tedaldi, Pretto and Menegatti ("A robust and easy to implement method for IMU
+    calibration without external equipments", ICRA 2014, section IV). One least-squares fit uses
+    both sensors at all rests and rotations, and gives one covariance. Residuals are divided by
+    their standard errors. A prior keeps the scale from zero. A parameter is not identifiable if its
+    standard error exceeds 0.3 of the data sheet's; it then keeps its prior value.
 
-    Six seconds in each of 20 poses, of all directions, and turns by 60 to 170 degrees about many
-    axes determine everything. The bias of the accelerometer moves by about 1 mg from one switching
-    on to the next.
+    Recommended record: six seconds in each of 20 poses in all directions, with rotations of 60 to
+    170 degrees about many axes between them. It determines all parameters. The bias of the
+    accelerometer changes by about 1 mg from one power-on to the next.
 
     Examples
     --------
@@ -94,7 +94,7 @@ def calibrate(
     >>> calibration.valid, calibration.gyro.scale[0].identifiable, calibration.advice
     (True, True, ())
     """
-    # Its imports come at the first access: its name is that of the package.
+    # The submodule has the name of the package, so its imports wait for the first access.
     from zerorate.calibration.fit.steps import Choices, run_calibration
 
     choices = Choices(gravity, g_sensitivity, frame, prior, saturation)

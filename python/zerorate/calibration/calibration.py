@@ -1,4 +1,4 @@
-"""Result of a calibration: parameters, their errors, and the data they come from."""
+"""Result of a calibration: parameters, their errors, and the data of the fit."""
 
 from __future__ import annotations
 
@@ -50,24 +50,25 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SensorCalibration:
-    """The model of one sensor of three axes.
+    """Error model of one sensor with three axes.
 
-    ``raw = matrix @ true + bias``; for a gyro also ``+ g_sensitivity @ force``, the force in g.
+    ``raw = matrix @ true + bias``. For a gyro ``g_sensitivity @ force`` is added, with the force in
+    g.
 
     Parameters
     ----------
     matrix
         Response of the sensor to its input, output unit to raw unit.
     scale
-        Diagonal of the matrix: 1.02 reads 2 % too much.
+        Diagonal of the matrix: with 1.02 the raw samples are 2 % too large.
     misalignment
-        Elements off the diagonal, each over the scale of its row, rad; zero on the diagonal.
+        Elements off the diagonal, each divided by the scale of its row, rad; zero on the diagonal.
     bias
-        Output without input, raw unit.
+        Output for zero input, raw unit.
     g_sensitivity
         g-sensitivity of a gyro, raw unit per g; zeros for an accelerometer.
     raw_unit, unit
-        Units of the samples, and of corrected samples.
+        Unit of the raw samples, and unit of the corrected samples.
 
     Examples
     --------
@@ -95,52 +96,56 @@ class SensorCalibration:
 class Calibration(Result):
     """Calibration of an accelerometer and a gyroscope.
 
-    The model is ``raw_accel = A f + b_a`` and ``raw_gyro = W w + b_g + G f``, with f in g in the
-    last term. ``accel`` and ``gyro`` hold its numbers, each with its standard error.
+    The model is ``raw_accel = A f + b_a`` and ``raw_gyro = W w + b_g + G f``; the gyro's term takes
+    f in g. ``accel`` and ``gyro`` hold the parameters of each sensor, each with its standard error.
 
     Parameters
     ----------
     values
         All parameters, in the order of `parameters`, shape (33,).
     covariance
-        Their covariance, shape (33, 33), zero for fixed parameters.
+        Covariance of the parameters, shape (33, 33); zero for fixed parameters.
     identifiable
-        Mask of the parameters that the record determines; the others keep their prior value.
+        Mask of the parameters that the record determines, shape (33,). The other parameters keep
+        their prior value.
     accel_units, gyro_units
-        Unit of the raw samples, and of the corrected ones.
+        Unit of the raw samples, and unit of the corrected samples.
     gravity
         Local gravity, m/s^2.
     frame
-        Axes that the body shares with the accelerometer: "x" (x, and y in the x-y plane: A is
-        lower triangular), "z" (z, and y in the y-z plane) or "symmetric".
+        Axes that the body shares with the accelerometer. "x": x, and y in the x-y plane, with A
+        lower triangular. "z": z, and y in the y-z plane. "symmetric": A is symmetric.
     rests, turns
-        All rests and turns that were found.
+        All rests and rotations that were found.
     norm_error, norm_error_raw
-        RMS of ``|f| / g - 1`` over rests, after and before calibration; the former over rests
-        excluded from the fit if `held_out`.
+        RMS of ``|f| / g - 1`` at rests, after and before calibration. If `held_out`, the first is
+        from rests excluded from the fit.
     carry_error, carry_error_raw
-        RMS angle between gravity propagated through a turn and gravity after it, rad, likewise.
+        RMS angle between gravity propagated through a rotation and gravity measured after it, rad,
+        after and before calibration. If `held_out`, the first is from rotations excluded from the
+        fit.
     held_out
-        True if these errors are of rests and rotations excluded from the fit. False if three
-        quarters of them do not suffice for a fit.
+        True if these errors come from rests and rotations excluded from the fit. False if three
+        quarters of the rests are too few for a fit.
     problems
-        Reasons why the calibration is not valid; empty if it is.
+        Reasons why the calibration is not valid; empty if it is valid.
     advice
-        Advice for another record.
+        Advice for the next record.
     notes
-        Assumptions.
+        Assumptions of the calibration, one sentence each.
     rate
-        Samples per second of the gyro.
+        Sampling rate of the gyro, Hz.
     temperature
-        Mean temperature of the record, degC, or None.
+        Mean temperature of the record, degC; None if unknown.
     origin
-        Recording and channels of its data.
+        Recording and channels of the samples.
     temperature_model
-        Bias of the gyro by temperature, in its raw unit, or None: `with_temperature` adds one.
+        Bias of the gyro by temperature, in its raw unit; None by default. `with_temperature` adds a
+        model.
     alarms
         Contradictions in the recording, from `zerorate.calibrate`.
     recording
-        The recording, for the figure, or None; files do not contain it.
+        Recording for the figure, or None. Files do not contain it.
 
     Examples
     --------
@@ -210,14 +215,14 @@ class Calibration(Result):
         Parameters
         ----------
         frame : {"x", "z", "symmetric"}
-            Axes that the body shares with the accelerometer: x, and y in its x-y plane, as Kalibr
-            has it; z, and y in its y-z plane, as imu_tk; or as close as possible to all, with a
-            symmetric matrix.
+            Axes that the body shares with the accelerometer. "x" as in Kalibr: x, and y in the x-y
+            plane. "z" as in imu_tk: z, and y in the y-z plane. "symmetric": as close as possible to
+            all three axes, with a symmetric matrix.
 
         Returns
         -------
         Calibration
-            Values, covariance, directions of rests and axes of turns in these axes.
+            Calibration with parameters, covariance, rests and rotation axes in the new axes.
 
         Raises
         ------
@@ -227,17 +232,19 @@ class Calibration(Result):
         return convert_frame(self, frame)
 
     def in_units(self, *, gyro: str | None = None, accel: str | None = None) -> Calibration:
-        """Return the same calibration for samples in other units; corrected samples keep them.
+        """Return the same calibration for raw samples in other units.
+
+        The units of corrected samples stay.
 
         Parameters
         ----------
         gyro, accel : str, optional
-            Units of `zerorate.units`; by default as they are.
+            Units of `zerorate.units`. Default: unchanged.
 
         Raises
         ------
         ValueError
-            If a unit is not of its sensor, or that of the raw samples is not known.
+            If a unit does not fit its sensor, or the unit of the raw samples is unknown.
         """
         return convert_units(self, gyro or self.gyro_units[0], accel or self.accel_units[0])
 
@@ -248,23 +255,23 @@ class Calibration(Result):
         *,
         ax: Axes | Sequence[Axes] | None = None,
     ) -> Figure:
-        """Return the figure of the calibration, 180 mm wide; needs matplotlib.
+        """Return the figure of the calibration, 180 mm wide.
 
         Parameters
         ----------
         recording : Recording, optional
-            The calibrated recording, for a panel of the raw log with its rests. Default: that of
-            `zerorate.calibrate`.
+            The calibrated recording, for a panel of the raw log with its rests. Default: the
+            recording that `zerorate.calibrate` kept.
         panels : {"usual", "all"}
-            The usual panels, or the raw log of the gyro as well.
+            "usual": the usual panels. "all": also the raw log of the gyro.
         ax : matplotlib Axes, or a sequence of them, optional
-            Axes for the length of gravity at rest before and after, and for the panels that follow
-            it. The recording is not drawn.
+            Axes for the panels: first the length of gravity at rest before and after, then the
+            following panels. The recording is not drawn.
 
         Raises
         ------
         ImportError
-            Without matplotlib, of the extra ``plot``.
+            If matplotlib (extra ``plot``) is not installed.
         """
         return figure_of(
             self, (recording or self.recording) if ax is None else None, panels == "all", ax=ax
@@ -283,21 +290,21 @@ class Calibration(Result):
         return gyro_prior(self, unit)
 
     def __gyro_correction__(self, name: str) -> Floats:
-        """Return the correction matrix of a sensor's samples in their unit, for a `GyroArray`."""
+        """Return a sensor's correction matrix in its samples' unit, for a `GyroArray`."""
         return gyro_correction(self, name)
 
     @property
     def gyro_to_accel(self) -> Vector:
         """Rotation vector of C in v_accel = C v_gyro, rad, between the sensors.
 
-        The axes of a sensor are those in which its matrix is lower triangular: its own x axis, and
-        y in its x-y plane. They are the same in every frame.
+        The axes of a sensor are the axes in which its matrix is lower triangular: its own x axis,
+        and y in its x-y plane. They are the same in every frame.
         """
         return gyro_to_accel(self)
 
     @property
     def valid(self) -> bool:
-        """True if no problem makes the calibration useless."""
+        """True if the calibration has no problem."""
         return not self.problems
 
     @property
@@ -339,7 +346,7 @@ class Calibration(Result):
         return tuple(make_coefficient(v, s, bool(i)) for v, s, i in known)
 
     def _misalignment(self, elements: slice) -> tuple[Coefficient, ...]:
-        """Return each element over the diagonal of its row, and its error to first order."""
+        """Return each element divided by the diagonal of its row, with its error to first order."""
         matrix, covariance = self.values[elements], self.covariance[elements, elements]
         ratios = []
         for i, j in product(range(3), range(3)):

@@ -10,9 +10,10 @@ _AXIS_COUNT: Final = 3
 
 
 def find_sensors(recording: Recording, calibration: Calibration) -> dict[str, str]:
-    """Return the names of gyro and accelerometer that a calibration was made of.
+    """Return the names of the gyro and accelerometer that a calibration was made of.
 
-    They are found by the names of their channels; without such names it is the first of each kind.
+    The sensors are found by the names of their channels. If no names match, the first sensor of
+    each kind is returned.
     """
     channels = {"gyro": calibration.origin.gyro, "accel": calibration.origin.accel}
     names = {}
@@ -25,7 +26,7 @@ def find_sensors(recording: Recording, calibration: Calibration) -> dict[str, st
 
 
 def find_accel(recording: Recording, calibration: Calibration) -> Log | None:
-    """Return the accelerometer that a calibration was made of, if it is there with three axes."""
+    """Return the accelerometer that a calibration was made of; None if it lacks three axes."""
     log = recording.get(find_sensors(recording, calibration)["accel"])
     return log if log is not None and log.channels == _AXIS_COUNT else None
 
@@ -38,17 +39,17 @@ def correct_gyro(recording: Recording, calibration: Calibration, *, by_columns: 
     recording : Recording
         All sensors of a log.
     calibration : Calibration
-        What is taken off.
+        Calibration to apply.
     by_columns : bool
-        True if the gyro was chosen by its columns, so that it is the first; else it is the one
-        that the calibration was made of, if it is there.
+        True if the gyro was chosen by its columns: then the first gyro is corrected. False: the
+        gyro that the calibration was made of, if the recording has it.
 
     Raises
     ------
     LogError
-        If there is no gyro of three axes.
+        If no gyro has three axes.
     ValueError
-        If its unit does not fit that of the calibration.
+        If the gyro's unit does not fit the calibration's unit.
     """
     names = find_sensors(recording, calibration)
     if by_columns:

@@ -1,4 +1,4 @@
-"""Two calibrations of one IMU next to each other: which parameters have moved."""
+"""Comparison of two calibrations of one IMU: the parameters that have changed."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ from zerorate.units import UNITS, convert
 from zerorate.views import Result
 
 _MIN_MOVED_Z: Final = 3.0
-"""Standard errors beyond which a parameter has moved."""
+"""Number of standard errors above which a parameter has changed."""
 _SESSION_BIAS_G: Final = 3e-3
-"""g by which the bias of an accelerometer may move from session to session: 1 mg is usual."""
+"""Usual change of an accelerometer's bias between sessions, g."""
 _MIN_WARMING_K: Final = 5.0
-"""K between two records above which temperature may be what moved a parameter."""
+"""Temperature difference of two records, K, that may explain a changed parameter."""
 _MAX_NAMES: Final = 6
-"""Parameters that a note names."""
+"""Largest number of parameters that a note names."""
 
 
 @dataclass(frozen=True)
 class MovedParameter:
-    """A parameter of two calibrations.
+    """Change of one parameter between two calibrations.
 
     Attributes
     ----------
     name : str
-        One of `Calibration.parameters`.
+        Name from `Calibration.parameters`.
     first, second : Coefficient
-        Values in both calibrations, in the raw unit.
+        Values in the first and the second calibration, raw unit.
     difference : Coefficient
-        Second minus first, with the error of both.
+        Second value minus first value, with the error of both.
     z : float
-        Difference over its standard error; NaN if the parameter is not compared.
+        Difference divided by its standard error; NaN if the parameter is not compared.
     moved : bool
-        True if z is beyond 3.
+        True if the size of z exceeds 3.
     reason : str
-        Reason why it is not compared, or a sentence on its change.
+        Reason why the parameter is not compared, or a sentence on its change.
 
     Examples
     --------
@@ -71,14 +71,14 @@ class CalibrationComparison(Result):
     Attributes
     ----------
     parameters : tuple of MovedParameter
-        All of them, in the order of `Calibration.parameters`.
+        All parameters, in the order of `Calibration.parameters`.
     chi_squared : float
-        Chi-squared of all compared differences, with their covariances.
+        Chi-squared of all compared differences, from their covariance.
     degrees_of_freedom : int
         Number of compared parameters.
     probability : float
-        Probability of a chi-squared at least as large, if nothing has moved; NaN if no parameter is
-        compared.
+        Probability of this chi-squared or a larger one if nothing has changed; NaN if no parameter
+        is compared.
     gyro_unit, accel_unit : str
         Raw units of both calibrations.
     notes : tuple of str
@@ -104,7 +104,7 @@ class CalibrationComparison(Result):
 
     @property
     def moved(self) -> tuple[MovedParameter, ...]:
-        """The parameters that have moved by more than three standard errors, farthest first."""
+        """Parameters that changed by more than three standard errors, largest z first."""
         return tuple(sorted((p for p in self.parameters if p.moved), key=lambda p: -abs(p.z)))
 
 
@@ -130,12 +130,12 @@ def compare_calibrations(first: Calibration, second: Calibration) -> Calibration
 
     Notes
     -----
-    z is the difference over the root of the sum of both variances, for parameters that both records
-    determine. Standard errors hold within a session. From one session to the next, the bias of a
-    consumer accelerometer changes by about 1 mg. The bias of a gyro changes more, with temperature
-    and with each start.
+    z is the difference divided by the root of the sum of both variances. It is computed for
+    parameters that both records determine. Standard errors are valid within a session. From one
+    session to the next, the bias of a consumer accelerometer changes by about 1 mg. The bias of a
+    gyro changes with temperature and at each power-on.
 
-    With 30 unchanged parameters, one comparison in twelve has a z beyond 3 by chance.
+    With 30 unchanged parameters, one comparison in twelve has a z above 3 by chance.
 
     Examples
     --------
@@ -182,13 +182,13 @@ def _check_comparable(first: Calibration, second: Calibration) -> None:
 
 
 def _chi_squared(difference: Floats, covariance: Floats, indices: Integers) -> float:
-    """Return the differences' chi-squared, scaled first so that units do not matter."""
+    """Return the chi-squared of the differences, scaled first for independence of units."""
     if not indices.size:
         return 0.0
     submatrix = covariance[np.ix_(indices, indices)]
     size = np.sqrt(np.diagonal(submatrix))
     correlation, z = submatrix / np.outer(size, size), difference[indices] / size
-    # Between parameters that are hardly distinguishable a difference of rounding must not count.
+    # A rounding difference between nearly dependent parameters must not count.
     return float(z @ np.linalg.pinv(correlation, rcond=1e-12, hermitian=True) @ z)
 
 
@@ -261,7 +261,7 @@ def _notes(
 
 
 def _list_names(names: list[str]) -> str:
-    """Return the first names, and the number of further ones."""
+    """Return the first names, and the number of the remaining names."""
     more = len(names) - _MAX_NAMES
     return ", ".join(names[:_MAX_NAMES]) + (f" and {more} more" if more > 0 else "")
 

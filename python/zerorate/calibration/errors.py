@@ -1,4 +1,4 @@
-"""Reasons why a record gives no calibration."""
+"""Error for a record that gives no calibration."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ if TYPE_CHECKING:
 
 
 class CalibrationError(LogError):
-    """A record has too few rests or turns; the message states their numbers.
+    """Error for too few rests or rotations; the message states their numbers.
 
     Attributes
     ----------
     calibration : Calibration or None
-        Incomplete result, which is never valid; None if there is none.
+        Incomplete result, never valid; None if there is no result.
     """
 
     def __init__(self, message: str, calibration: Calibration | None = None) -> None:
@@ -26,5 +26,5 @@ class CalibrationError(LogError):
         self.calibration = calibration
 
     def around(self, before: str = "", after: str = "") -> CalibrationError:
-        """Return the error with more text, such as the log's name in front."""
+        """Return the error with more text, such as the log's name in front of it."""
         return CalibrationError(make_sentence(before, sentence_of(self), after), self.calibration)

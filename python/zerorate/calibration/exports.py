@@ -1,4 +1,4 @@
-"""Calibrations as the files of other programs: Kalibr, imu_tk, PX4, ArduPilot."""
+"""Export of calibrations to other programs: Kalibr, imu_tk, PX4, ArduPilot."""
 
 from __future__ import annotations
 
@@ -61,14 +61,14 @@ def to_kalibr(
     -------
     str
         The model "scale-misalignment": ``accelerometers.M``, ``gyroscopes.M``, ``gyroscopes.A`` and
-        ``gyroscopes.C_gyro_i``, for samples in rad/s and m/s^2. Comments have the biases, which the
-        format lacks, and the formulas in both directions. The pose ``T_i_b`` and the noise are not
-        part of a calibration: `NoiseModel.to_kalibr` writes the noise.
+        ``gyroscopes.C_gyro_i``, for samples in rad/s and m/s^2. The format has no biases: comments
+        give them, with the formulas in both directions. `NoiseModel.to_kalibr` writes the noise.
+        The pose ``T_i_b`` is not part of a calibration.
 
     Notes
     -----
     Kalibr multiplies the force by C_gyro_i before A (``IccSensors.py``,
-    ``IccScaledMisalignedImu``), so A is our G turned into the axes of the gyro.
+    ``IccScaledMisalignedImu``). Its A is therefore G, rotated into the axes of the gyro.
     """
     _check_valid(calibration, doubtful)
     converted = _convert_to_si(calibration.to_frame("x"), "Kalibr")
@@ -106,12 +106,12 @@ _KALIBR_COMMENTS: Final = (
 
 
 class ImuTk(NamedTuple):
-    """The texts of imu_tk's two files.
+    """Texts of the two files of imu_tk.
 
     Parameters
     ----------
     accel, gyro : str
-        What ``CalibratedTriad::load`` reads: misalignment T, scale K, bias.
+        Input of ``CalibratedTriad::load``: misalignment T, scale K, bias.
     """
 
     accel: str
@@ -130,32 +130,33 @@ def to_imu_tk(
     Parameters
     ----------
     path : str or path, optional
-        Beginning of the files' names: ``imu`` gives ``imu_acc.calib`` and
-        ``imu_gyro.calib``, as imu_tk's programs name them. Default: none is written.
+        Beginning of the file names: ``imu`` writes ``imu_acc.calib`` and ``imu_gyro.calib``, the
+        names of imu_tk's programs. Default: no file is written.
     doubtful : bool
-        Write a calibration that is not valid, with a warning in the files; default False.
+        Write a calibration that is not valid, with a warning in the files. Default False.
     force : bool
-        Replace existing files; default False.
+        Replace existing files. Default False.
 
     Returns
     -------
     ImuTk
-        The texts `accel` and `gyro`. Corrected samples are T K (raw - bias), in m/s^2 and rad/s, of
-        raw ones in their own unit, and in the axes of frame "z", in which the accelerometer's T is
-        upper triangular. The format has no g-sensitivity: a comment after the numbers states its
-        size.
+        The texts `accel` and `gyro`. Corrected samples are T K (raw - bias), in m/s^2 and rad/s;
+        raw samples are in their own unit. The axes are those of frame "z", in which the
+        accelerometer's T is upper triangular. The format has no g-sensitivity: a comment after the
+        numbers states its size.
 
     Raises
     ------
     ValueError
-        If the calibration is not valid, without `doubtful`, or the accelerometer's axes are
+        If the calibration is not valid and `doubtful` is False, or the accelerometer's axes are
         left-handed.
     OSError
-        If a file exists (without `force`) or cannot be written. Nothing is left half-written.
+        If a file exists and `force` is False, or a file cannot be written. No incomplete file
+        remains.
 
     Notes
     -----
-    The convention is that of imu_tk's ``calibration.h``, and of D. Tedaldi, A. Pretto and E.
+    Sources of the convention: imu_tk's ``calibration.h``, and D. Tedaldi, A. Pretto and E.
     Menegatti, "A robust and easy to implement method for IMU calibration without external
     equipments", ICRA 2014, equations 6 to 10.
     """
@@ -177,7 +178,7 @@ def to_imu_tk(
 def _format_triad(
     calibration: Calibration, correction: Floats, bias: Floats, units: tuple[str, str], si: str
 ) -> str:
-    """Return the numbers of one sensor, and behind them, where imu_tk no longer reads, remarks."""
+    """Return the numbers of one sensor, then remarks, which imu_tk does not read."""
     si_correction = correction * convert(1.0, units[1], si)
     scale = np.diagonal(si_correction)
     rows = [*(si_correction / scale), [], *np.diag(scale), [], *bias[:, np.newaxis], []]
@@ -213,11 +214,11 @@ def to_px4(
     Returns
     -------
     str
-        ``CAL_ACC`` and ``CAL_GYRO``: PX4 corrects an accelerometer by (raw - offset) scale and a
+        ``CAL_ACC`` and ``CAL_GYRO``. PX4 corrects an accelerometer by (raw - offset) scale and a
         gyro by raw - offset, axis by axis in the sensor's own axes. The format has no misalignment,
-        gyro scale or g-sensitivity; comments state the sizes of these errors. The frame is
-        "symmetric", which makes them smallest. With a temperature model, ``TC_G0`` have the gyro's
-        bias, and its offsets are zero.
+        gyro scale or g-sensitivity: comments state the sizes of these errors. The frame is
+        "symmetric", which minimises them. With a temperature model, ``TC_G0`` has the gyro's bias,
+        and the gyro's offsets are zero.
     """
     _check_valid(calibration, doubtful)
     converted, names = _convert_to_si(calibration.to_frame("symmetric"), "PX4"), _PX4_NAMES
@@ -259,9 +260,9 @@ def to_ardupilot(
     Returns
     -------
     str
-        ``INS_ACCOFFS``, ``INS_ACCSCAL`` and ``INS_GYROFFS``, used as in PX4: see `to_px4` for the
-        remaining errors; with a temperature model also ``INS_TCAL1``. By default ArduPilot learns
-        new gyro offsets at every start.
+        ``INS_ACCOFFS``, ``INS_ACCSCAL`` and ``INS_GYROFFS``. `to_px4` describes the correction and
+        the remaining errors. With a temperature model, ``INS_TCAL1`` is added. By default ArduPilot
+        learns new gyro offsets at every start.
     """
     _check_valid(calibration, doubtful)
     converted, names = (
@@ -285,13 +286,13 @@ def to_ardupilot(
 
 _PX4_NAMES: Final = ("CAL_ACC{{}}_{}OFF", "CAL_ACC{{}}_{}SCALE", "CAL_GYRO{{}}_{}OFF")
 _ARDUPILOT_NAMES: Final = ("INS_ACC{{}}OFFS_{}", "INS_ACC{{}}SCAL_{}", "INS_GYR{{}}OFFS_{}")
-"""Names of the offset and the scale of the accelerometer, and of the offset of the gyro."""
+"""Names of three parameters: accelerometer offset, accelerometer scale and gyro offset."""
 
 
 def _offsets_and_scales(
     calibration: Calibration, names: Sequence[str]
 ) -> Iterator[tuple[str, float]]:
-    """Yield offsets and scales: (raw - offset) scale is the best that axes alone can do."""
+    """Yield the best offset and scale of each axis, as in (raw - offset) scale."""
     zero = calibration.values[GYRO_BIAS] * (_significant_model(calibration) is None)
     scale = np.diagonal(calibration.accel.correction)
     for name, values in zip(names, (calibration.values[ACCEL_BIAS], scale, zero), strict=False):
@@ -299,7 +300,7 @@ def _offsets_and_scales(
 
 
 def _describe_remainder(calibration: Calibration) -> Iterator[str]:
-    """Yield the size of the errors that offsets and scales alone leave."""
+    """Yield sentences on the errors that offsets and scales leave."""
     accel = calibration.accel.correction
     cross = 1e3 * np.abs(accel - np.diag(np.diagonal(accel))).max()
     yield f"# Left: misalignment of the accelerometer, up to {shorten(cross)} mrad,"
@@ -329,7 +330,7 @@ def _convert_to_si(calibration: Calibration, program: str) -> Calibration:
 
 
 def _check_valid(calibration: Calibration, doubtful: bool) -> None:
-    """Refuse a doubtful calibration: ValueError with advice for another record."""
+    """Raise ValueError, with advice for another record, if the calibration is doubtful."""
     if calibration.valid or doubtful:
         return
     advice = "; ".join(calibration.advice) or "rests in a dozen poses, and rotations between them"
@@ -343,13 +344,13 @@ def _check_valid(calibration: Calibration, doubtful: bool) -> None:
 
 
 def _significant_model(calibration: Calibration) -> TemperatureModel | None:
-    """Return the model of temperature, if the record shows that the bias depends on it."""
+    """Return the temperature model if the record shows that the bias depends on temperature."""
     model = calibration.temperature_model
     return model if model is not None and any(model.degrees) else None
 
 
 def _header_lines(calibration: Calibration, title: str) -> tuple[str, ...]:
-    """Return the first lines of a file: its content, and its validity."""
+    """Return the first lines of a file: its content and its validity."""
     lines = [f"# {title}"]
     if not calibration.valid:
         lines.append(f"# WARNING, NOT VALID: {calibration.problems[0]}")

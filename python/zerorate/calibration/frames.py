@@ -1,8 +1,8 @@
-"""Axes of the body: a calibration in those of another frame, and the rotation between the sensors.
+"""Conversion of a calibration to the axes of another frame, and the rotation between the sensors.
 
-Axes f' = R f make of a matrix A the matrix A R^T. The frame says which R: the one that leaves A R^T
-lower triangular ("x"), upper triangular ("z") or symmetric. A small change of A turns R by Exp(d)
-with d from three linear equations, by which all errors are carried over.
+In axes f' = R f a matrix A becomes A R^T. The frame defines R: A R^T is lower triangular ("x"),
+upper triangular ("z") or symmetric. A small change of A rotates R by Exp(d). Three linear equations
+give d, and all errors are propagated through it.
 """
 
 from __future__ import annotations
@@ -30,20 +30,20 @@ if TYPE_CHECKING:
 
 _MATRICES: Final = (ACCEL_MATRIX, GYRO_MATRIX, G_SENSITIVITY)
 _ZERO_ELEMENTS: Final = {"x": ((0, 1), (0, 2), (1, 2)), "z": ((1, 0), (2, 0), (2, 1))}
-"""Elements of the accelerometer's matrix that are zero in a frame."""
+"""Elements of the accelerometer's matrix that are zero in each frame."""
 
 _OFF_DIAGONAL: Final = ((0, 1), (0, 2), (1, 2))
 _MIN_DEPENDENCE: Final = 0.1
-"""Part of a scale by which an element moves another one that counts as made of it."""
+"""Derivative, relative to the scales, above which a parameter depends on another one."""
 
 
 def rotation_into_frame(matrix: Floats, frame: Frame) -> Floats:
-    """Return the rotation into the axes of a frame, shape (3, 3), of an accelerometer's matrix.
+    """Return the rotation of an accelerometer's matrix into the axes of a frame, shape (3, 3).
 
     Raises
     ------
     ValueError
-        If the matrix has no positive determinant: such a sensor is mirrored.
+        If the determinant of the matrix is not positive: the sensor's axes are left-handed.
     """
     if not np.linalg.det(matrix) > 0.0:
         raise ValueError(
@@ -60,7 +60,7 @@ def rotation_into_frame(matrix: Floats, frame: Frame) -> Floats:
 
 
 def convert_frame(calibration: Calibration, frame: Frame) -> Calibration:
-    """Return a calibration in the axes of a frame; itself if it is in them."""
+    """Return a calibration in the axes of a frame; the same object if it already has them."""
     if frame not in ("x", "z", "symmetric"):
         raise ArgumentError("frame", f"must be 'x', 'z' or 'symmetric', got {frame!r}")
     if frame == calibration.frame:
@@ -98,7 +98,7 @@ def _rotate_values(values: Floats, rotation: Floats, frame: Frame) -> Floats:
 
 
 def _jacobian(rotated: Floats, rotation: Floats, frame: Frame) -> Floats:
-    """Return the derivative of the turned parameters by those before, shape (33, 33)."""
+    """Return the derivative of the converted parameters by the old ones, shape (33, 33)."""
     jacobian = np.eye(33)
     angles = _angle_jacobian(rotated[ACCEL_MATRIX].reshape(3, 3), rotation, frame)
     for block in _MATRICES:
@@ -108,9 +108,9 @@ def _jacobian(rotated: Floats, rotation: Floats, frame: Frame) -> Floats:
 
 
 def _angle_jacobian(rotated: Floats, rotation: Floats, frame: Frame) -> Floats:
-    """Return the derivative of the rotation into a frame by the matrix before: d by dA, (3, 9).
+    """Return the derivative of the rotation into a frame by the old matrix, d by dA, (3, 9).
 
-    From dA' = dA R^T - A' [d]x, of which the frame demands three parts to vanish.
+    It follows from dA' = dA R^T - A' [d]x: three elements of dA' are zero in the frame.
     """
     plain = np.kron(np.eye(3), rotation)
     by_angles = _jacobian_by_angles(rotated)
@@ -129,14 +129,14 @@ def _jacobian_by_angles(matrix: Floats) -> Floats:
 
 
 def _find_identifiable(jacobian: Floats, calibration: Calibration) -> Booleans:
-    """Return the mask of parameters that depend on none that the record leaves undetermined."""
+    """Return the mask of parameters that depend only on parameters that the record determines."""
     scales = _parameter_scales(calibration.values)
     depends_on = np.abs(jacobian) * scales[np.newaxis, :] > _MIN_DEPENDENCE * scales[:, np.newaxis]
     return np.asarray(~(depends_on & ~calibration.identifiable[np.newaxis, :]).any(axis=1))
 
 
 def _parameter_scales(values: Floats) -> Floats:
-    """Return the scale of the sensor that each parameter is of; 1 for biases, which do not turn."""
+    """Return the scale of each parameter's sensor; 1 for biases, which do not rotate."""
     scales = np.ones(33)
     for block in (ACCEL_MATRIX, GYRO_MATRIX):
         scales[block] = np.abs(np.linalg.det(values[block].reshape(3, 3))) ** (1.0 / 3.0)
@@ -145,10 +145,10 @@ def _parameter_scales(values: Floats) -> Floats:
 
 
 def gyro_to_accel(calibration: Calibration) -> Vector:
-    """Return the rotation vector of C, v_accel = C v_gyro, with its errors, rad.
+    """Return the rotation vector of C in v_accel = C v_gyro, with its errors, rad.
 
-    The axes of a sensor are those in which its matrix is lower triangular: A = L Q_a, W = L' Q_g,
-    C = Q_a Q_g^T.
+    The axes of a sensor are the axes in which its matrix is lower triangular: A = L Q_a, W = L'
+    Q_g, C = Q_a Q_g^T.
     """
     first = convert_frame(calibration, "x")
     matrix = first.values[GYRO_MATRIX].reshape(3, 3)
@@ -156,7 +156,8 @@ def gyro_to_accel(calibration: Calibration) -> Vector:
         return UNKNOWN_COEFFICIENT, UNKNOWN_COEFFICIENT, UNKNOWN_COEFFICIENT
     rotation = rotation_into_frame(matrix, "x")
     vector = -to_rotation_vectors(from_matrices(rotation[np.newaxis]))[0]
-    # C = Q^T, and Exp(d) Q has the transpose Q^T Exp(-d): the right Jacobian of the logarithm.
+    # C = Q^T, and the transpose of Exp(d) Q is Q^T Exp(-d): this takes the right Jacobian of the
+    # logarithm.
     angles = _angle_jacobian(matrix @ rotation.T, rotation, "x")
     by_matrix = -_inverse_right_jacobian(vector) @ angles
     covariance = by_matrix @ first.covariance[GYRO_MATRIX, GYRO_MATRIX] @ by_matrix.T
@@ -174,6 +175,6 @@ def _inverse_right_jacobian(vector: Floats) -> Floats:
     angle = float(np.linalg.norm(vector))
     cross = cross_matrices(vector)
     half = 0.5 * angle
-    # 1/12 is the limit; from 1e-4 rad on the difference keeps eight digits.
+    # The limit at zero is 1/12; above 1e-4 rad the difference keeps eight digits.
     factor = (1.0 - half / np.tan(half)) / angle**2 if angle > 1e-4 else 1.0 / 12.0
     return np.asarray(np.eye(3) + 0.5 * cross + factor * cross @ cross)

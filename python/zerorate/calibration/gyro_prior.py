@@ -13,18 +13,18 @@ if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration
 
 _MATRIX_DRIFT_SIGMA = 1e-3
-"""Standard deviation of the change of scale and misalignment since a calibration."""
+"""Standard deviation of the change of scale and misalignment since a calibration, relative."""
 
 
 def gyro_prior(calibration: Calibration, unit: str) -> tuple[Floats, Floats, Floats]:
-    """Return bias, matrix and deviation of its elements of a gyro whose samples are in a unit.
+    """Return bias, matrix and the standard deviations of its elements for samples in a unit.
 
     The matrix is M in ``rate = M (gyro - bias)``.
 
     Raises
     ------
     ValueError
-        If the calibration is for samples in another kind of unit.
+        If this unit does not match the calibration's.
     """
     gyro = calibration.gyro
     try:
@@ -44,12 +44,14 @@ def gyro_prior(calibration: Calibration, unit: str) -> tuple[Floats, Floats, Flo
 
 
 def gyro_correction(calibration: Calibration, name: str) -> Floats:
-    """Return C in ``rate = C (sample - bias)`` of samples and rates in one unit, shape (3, 3).
+    """Return C in ``rate = C (sample - bias)``, shape (3, 3).
+
+    Samples and rates have the same unit. `name` is the name of their source, for the message.
 
     Raises
     ------
     ValueError
-        If the unit of the samples is not an angular rate; `name` is the name of their source.
+        If the unit of the samples is not an angular rate.
     """
     gyro = calibration.gyro
     try:

@@ -1,4 +1,4 @@
-"""Calibrations as JSON, and back without loss."""
+"""Lossless JSON of calibrations."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _VERSION: Final = 1
 _ERROR_NAMES: Final = ("norm_error", "norm_error_raw", "carry_error", "carry_error_raw")
 _SENTENCE_NAMES: Final = ("problems", "advice", "notes")
 _MAX_ROUNDING: Final = 1e-9
-"""Part of the larger variance by which a covariance may differ from a sound one."""
+"""Largest asymmetry or negative part of a covariance, as a share of the larger variance."""
 
 
 @document_export()
@@ -49,9 +49,9 @@ def to_json(
     Returns
     -------
     str
-        Every parameter with value, standard error and a flag if the record determines it, their
-        covariance, rests, turns, errors, problems and advice, exact to the last bit; null where a
-        number is not known. ``model`` says in words how to apply them.
+        Every parameter with value, standard error and a flag if the record determines it; their
+        covariance, rests, rotations, errors, problems and advice. Numbers are exact to the last
+        bit, null if unknown. ``model`` says in words how to apply the parameters.
     """
     model = calibration.temperature_model
     content = {
@@ -100,7 +100,7 @@ def _encode_parameters(calibration: Calibration) -> dict[str, dict[str, Any]]:
 
 
 def from_json(source: str | os.PathLike[str], build: type[CalibrationType]) -> CalibrationType:
-    """Return the calibration that a text or a file holds, as one of a class."""
+    """Return the calibration from a text or a file, as an instance of a class."""
     return restore(source, _FORMAT, lambda content: build(**_parse_arguments(content)))
 
 

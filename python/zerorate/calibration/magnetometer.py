@@ -1,4 +1,4 @@
-"""The calibration of a magnetometer: its correction, and its reliability."""
+"""Calibration of a magnetometer: its correction and its reliability."""
 
 from __future__ import annotations
 
@@ -33,22 +33,24 @@ _PLAIN_FIELDS: Final = (
 )
 _HEADINGS_RAD: Final = np.radians(10.0) * np.arange(36)
 _MAX_FIELD_RATIO: Final = 2.0
-"""Times by which the field of another log may differ."""
+"""Largest ratio between the fields of a log and of the calibration."""
 _UNEVENNESS_LIMITS: Final = (1.5, 0.15)
-"""Times more uneven, and how uneven, a field is that is another device's."""
+"""Two limits that only another device's field exceeds: ratio of the unevenness after and before
+correction, and unevenness after correction.
+"""
 
 
 @dataclass(frozen=True)
 class IronGroup:
-    """One hard iron of a record, which several spans may share.
+    """One hard iron of a record; several spans may share it.
 
     Parameters
     ----------
     hard_iron
-        Estimate, unit of the samples; zero along unknown directions.
+        Estimated hard iron, unit of the samples; zero along unknown directions.
     scatter_raw, scatter_unseen
-        RMS of an axis about a constant field, in blocks that the fit had not seen: of raw samples,
-        and without the hard iron.
+        RMS of an axis about a constant field, in blocks excluded from the fit: of raw samples, and
+        with the hard iron removed.
     applied
         True if the hard iron is subtracted.
 
@@ -69,45 +71,44 @@ class IronGroup:
 
 @dataclass(frozen=True, eq=False)
 class MagnetometerCalibration(Result):
-    """Calibration of a magnetometer by a gyro: ``raw = soft_iron @ field + hard_iron``.
+    """Calibration of a magnetometer: ``raw = soft_iron @ field + hard_iron``.
 
     Parameters
     ----------
     hard_iron
-        Hard iron of the group that lasts longest, unit of the samples.
+        Hard iron of the group with the longest duration, unit of the samples.
     soft_iron
-        Its trace is 3; the unit matrix where it is not applied.
+        Soft iron matrix with a trace of 3; the unit matrix if it is not applied.
     rotation
-        Rotation of the magnetometer against the gyro, from a fit of all parameters, rad; never
-        applied.
+        Rotation of the magnetometer relative to the gyro, rad, from a fit of all parameters. It is
+        never applied.
     field, dip
-        Size of the field, unit of the samples, and its angle below the level, rad.
+        Magnitude of the field, unit of the samples, and its angle below the horizontal, rad.
     model
-        Applied corrections.
+        Name of the applied corrections.
     spans
-        Spans in seconds on the clock of the gyro, with kinds and groups: see `Span`.
+        Spans in seconds on the clock of the gyro, with kinds and groups (see `Span`).
     groups
         Hard irons of the groups.
     covariance
-        Covariance of the elements of the soft iron and of the hard iron over `norm`, shape (11,
-        11).
+        Covariance of the elements of the soft iron and of hard iron / `norm`, shape (11, 11).
     elements
-        Soft iron minus 1, in eight orthonormal matrices: two of scale, three symmetric, three
-        antisymmetric; shape (8,).
+        Soft iron minus 1, in the basis of eight orthonormal matrices, shape (8,): two of scale,
+        three symmetric, three antisymmetric.
     norm
-        Median size of the samples.
+        Median magnitude of the samples.
     unit
         Unit of the samples.
     problems, advice, notes
-        Reasons why it is not valid, advice for another record, and assumptions.
+        Reasons why the calibration is not valid; advice for the next record; assumptions.
     source
         Name of the recording.
     residual
-        RMS residual of the field over each second, unit of the samples, NaN where a second has no
+        RMS residual of the field over each second, unit of the samples. NaN for a second without
         samples; empty without a gyro.
     alarms
-        Contradictions in the recording, from `zerorate.calibrate_magnetometer`; files do not hold
-        them.
+        Contradictions in the recording, from `zerorate.calibrate_magnetometer`. Files do not
+        contain them.
 
     Examples
     --------
@@ -139,7 +140,7 @@ class MagnetometerCalibration(Result):
 
     @property
     def valid(self) -> bool:
-        """True if no problem makes the calibration useless."""
+        """True if the calibration has no problem."""
         return not self.problems
 
     @property
@@ -156,7 +157,7 @@ class MagnetometerCalibration(Result):
 
     @property
     def iron_changes(self) -> tuple[tuple[float, float], ...]:
-        """Start, on the clock of `spans`, and size, in `unit`, of each change of the hard iron."""
+        """Time (clock of `spans`) and size (in `unit`) of each change of the hard iron."""
         irons = [group.hard_iron for group in self.groups]
         return tuple(list_iron_changes(self.spans, irons))
 
@@ -168,16 +169,18 @@ class MagnetometerCalibration(Result):
         Parameters
         ----------
         samples : Recording or array_like, shape (n, 3)
-            Unit of `unit`. If nothing is applied they are returned unchanged.
+            Recording, or samples in the calibration's `unit`. They are returned unchanged if
+            nothing is applied.
         time : array_like, shape (n,), optional
-            Seconds on the clock of this calibration's recording: each sample then has the hard
-            iron of its span. Without, and of another recording, that of the longest group counts.
+            Times of the samples, s, on the clock of this calibration's recording. Each sample is
+            then corrected by the hard iron of its span. Without times, or for another recording,
+            the hard iron of the longest group is used.
 
         Raises
         ------
         ValueError
-            If samples have another shape, or the recording no magnetometer in this unit, or one
-            of which the field becomes more uneven: that of another device.
+            If samples have another shape, the recording has no magnetometer in this unit, or the
+            correction makes the field more uneven: then the calibration is of another device.
         """
         if isinstance(samples, Recording):
             return self._apply_to_recording(samples)
@@ -209,7 +212,7 @@ class MagnetometerCalibration(Result):
         return replace(recording, logs=logs)
 
     def _check_device(self, before: Floats, after: Floats) -> None:
-        """Refuse the calibration of another device: LogError where it makes the field worse."""
+        """Raise LogError if the calibration is of another device: the field is then more uneven."""
         unevenness_before, (size, unevenness) = (
             _measure_unevenness(before)[1],
             _measure_unevenness(after),
@@ -238,7 +241,7 @@ class MagnetometerCalibration(Result):
 
     @property
     def longest(self) -> int:
-        """Index of the group that lasts longest."""
+        """Index of the group with the longest duration."""
         return int(self._group_durations.argmax())
 
     @property
@@ -250,7 +253,7 @@ class MagnetometerCalibration(Result):
 
     @property
     def longest_applied(self) -> int:
-        """Index of the longest group whose iron is removed; `longest` if none is."""
+        """Index of the longest group with an applied hard iron; `longest` if there is none."""
         durations = (
             self._group_durations * [group.applied for group in self.groups]
             if self.groups
@@ -266,19 +269,20 @@ class MagnetometerCalibration(Result):
         return list(self.groups[self.longest].hard_iron), inverse.tolist()
 
     def heading_error(self, before: bool = False, group: int | None = None) -> Floats:
-        """Return the heading error to expect of a level sensor, rad, shape (36,).
+        """Return the expected heading error of a level sensor, rad, shape (36,).
 
         Parameters
         ----------
         before : bool
-            True for raw samples: with the effects of hard and soft iron, and of their uncertainty.
+            True: error of raw samples, from hard and soft iron and their uncertainty. False: error
+            after correction.
         group : int, optional
-            Index of the group whose hard iron is used; default `longest`.
+            Index of the group that gives the hard iron. Default: `longest`.
 
         Returns
         -------
         ndarray, shape (36,)
-            At headings 0, 10, ... 350 deg, root mean square.
+            RMS errors at headings 0, 10, ... 350 deg.
         """
         iron_group = self.groups[self.longest if group is None else group]
         iron = np.array(self.hard_iron if group is None else iron_group.hard_iron, dtype=np.float64)
@@ -304,7 +308,7 @@ class MagnetometerCalibration(Result):
     to_ardupilot = to_ardupilot
 
     def to_json(self, path: str | os.PathLike[str] | None = None) -> str:
-        """Return the calibration as JSON, exact to the last bit, and write it to a given file."""
+        """Return the calibration as exact JSON, and write it if a path is given."""
         content = {
             "format": _FORMAT,
             "version": _VERSION,
@@ -344,7 +348,7 @@ class MagnetometerCalibration(Result):
 
 
 def _encode_coefficients(coefficient: Any) -> list[Any]:  # noqa: ANN401
-    """Return the parts of a coefficient, or of each in nested tuples."""
+    """Return the fields of a coefficient, or of each coefficient in nested tuples."""
     if isinstance(coefficient, tuple):
         return [_encode_coefficients(inner) for inner in coefficient]
     return [coefficient.value, coefficient.sigma, coefficient.identifiable, coefficient.upper_bound]
@@ -358,7 +362,7 @@ def _decode_coefficients(encoded: list[Any]) -> Any:  # noqa: ANN401
 
 
 def _measure_unevenness(samples: Floats) -> tuple[float, float]:
-    """Return the median size of a field, and the relative variation of the size."""
+    """Return the median magnitude of a field, and the relative variation of the magnitude."""
     sizes = np.linalg.norm(samples[np.isfinite(samples).all(axis=1)], axis=1)
     if not len(sizes):
         return 0.0, 0.0

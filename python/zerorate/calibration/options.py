@@ -5,7 +5,7 @@ from typing import Final
 from zerorate.options import Option, index_by_name
 
 GRAVITY_RANGE_M_S2: Final = (9.7, 9.9)
-"""Least and most gravity of places on Earth, m/s^2."""
+"""Smallest and largest gravity on Earth, m/s^2."""
 
 _ROWS: Final = (
     Option(
@@ -48,4 +48,4 @@ _ROWS: Final = (
 )
 
 CALIBRATION_OPTIONS: Final = index_by_name(_ROWS)
-"""Of `zerorate.calibrate`: every argument that is no data. Its refusals come from here."""
+"""Arguments of `zerorate.calibrate` other than data, with their limits and messages."""

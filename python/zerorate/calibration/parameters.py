@@ -1,4 +1,4 @@
-"""The parameters of a calibration: their names, their places in its arrays, and one as a number."""
+"""Parameters of a calibration: names, indices in its arrays, and conversion to coefficients."""
 
 from __future__ import annotations
 
@@ -32,6 +32,6 @@ G_SENSITIVITY: Final = slice(24, 33)
 
 
 def make_coefficient(value: float, sigma: float, identifiable: bool) -> Coefficient:
-    """Return an estimate; of one that is not identifiable the bound is that of its error."""
+    """Return an estimate; if not identifiable, with the bound that follows from its error."""
     known = Coefficient(value, sigma)
     return known if identifiable else Coefficient(value, sigma, False, known.upper_bound)

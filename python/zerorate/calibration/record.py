@@ -1,4 +1,4 @@
-"""Data of a calibration: the recording, its rests, and the turns between them."""
+"""Data of a calibration: the recording, its rests, and the rotations between them."""
 
 from dataclasses import dataclass
 
@@ -7,14 +7,14 @@ from zerorate.types import Floats
 
 @dataclass(frozen=True)
 class Origin:
-    """Source of a calibration, where it is known.
+    """Source of the samples of a calibration.
 
     Parameters
     ----------
     source
-        Source of the recording; empty where it is not known.
+        Name of the recording; empty if unknown.
     gyro, accel
-        Names of the channels; empty of arrays.
+        Names of the channels; empty for arrays.
 
     Examples
     --------
@@ -36,21 +36,22 @@ class Rest:
     Parameters
     ----------
     start, stop
-        Seconds on the clock of the gyro.
+        Start and stop, s, on the clock of the gyro.
     first, last
-        Indices of its samples: from ``first`` up to, but not including, ``last``.
+        Indices of the samples: from ``first`` up to, but not including, ``last``.
     accel, gyro
-        Mean output, raw, shape (3,).
+        Mean output, raw unit, shape (3,).
     accel_sigma
         Standard error of ``accel`` in the fit, raw unit, shape (3,).
     direction
-        Unit vector of the reaction to gravity in the axes of the body, shape (3,), as estimated.
+        Estimated direction of the reaction to gravity in the axes of the body, unit vector, shape
+        (3,).
     norm_error
         ``|f| / g - 1`` after calibration.
     used
         True if the fit used it.
     reason
-        Reason why it was not used, or an oddity.
+        Reason why the fit did not use the rest, or a remark.
 
     Examples
     --------
@@ -76,30 +77,29 @@ class Rest:
 
 @dataclass(frozen=True, eq=False)
 class Turn:
-    """A motion from one rest to the next.
+    """Motion from one rest to the next.
 
     Parameters
     ----------
     start, stop
-        Start and end, s, on the clock of the gyro: inside the rest before and inside the rest
-        after.
+        Start and stop, s, on the clock of the gyro. Start is inside the rest before the motion,
+        stop inside the rest after it.
     first, last
-        Indices of its samples: from ``first`` up to, but not including, ``last``.
+        Indices of the samples: from ``first`` up to, but not including, ``last``.
     rests
         Indices of the two rests in `Calibration.rests`.
     angle
         Angle between the orientations before and after, rad.
     axis
-        Axis of the rotation, unit vector in the axes of the body before, shape (3,).
+        Axis of the rotation, unit vector in the axes of the body before the motion, shape (3,).
     residual
-        Angle between gravity as propagated by the gyro through the motion and gravity measured
-        after it, rad.
+        Angle between gravity propagated by the gyro and gravity measured after the motion, rad.
     used
         True if the fit used it.
     reason
-        Reason why it was not used, or an oddity.
+        Reason why the fit did not use the rotation, or a remark.
     residual_raw
-        The same angle before calibration, NaN where it was not computed.
+        The angle `residual` before calibration; NaN if it was not computed.
 
     Examples
     --------

@@ -1,6 +1,6 @@
-"""Application of a calibration: to arrays, logs, recordings and live samples.
+"""Correction of arrays, logs, recordings and live samples by a calibration.
 
-All roads go through `zerorate.ImuCorrector`, so that a record gives the same bits live and at once.
+`zerorate.ImuCorrector` makes all corrections, so a record and a live stream give the same bits.
 """
 
 from __future__ import annotations
@@ -36,19 +36,19 @@ _QUANTITIES: Final = {"gyro": "rate", "accel": "acceleration"}
 _SENSOR_NAMES: Final = {"gyro": "a gyro", "accel": "an accelerometer"}
 _INPUT_COUNTS: Final = (3, 6, 7)
 _MAX_OFFSET_PERIODS: Final = 1e-3
-"""Periods by which the samples of one clock may differ."""
+"""Largest distance of samples on one clock, in sampling periods."""
 
 _MAX_GAP_PERIODS: Final = 1.25
-"""Periods from the nearest sample up to which one of another clock is interpolated."""
+"""Largest distance to the nearest sample for interpolation, in sampling periods."""
 
 
 def convert_units(calibration: Calibration, gyro: str, accel: str) -> Calibration:
-    """Return a calibration for samples in other units, which the corrected ones have, too.
+    """Return a calibration for samples in other units; corrected samples have these units, too.
 
     Raises
     ------
     ValueError
-        If a unit does not fit its sensor, or is unknown on one side only.
+        If a unit does not fit its sensor, or only one of the two units is known.
     """
     of_gyro = _unit_factor(calibration.gyro_units[0], gyro, "gyro")
     of_accel = _unit_factor(calibration.accel_units[0], accel, "accel")
@@ -67,7 +67,7 @@ def convert_units(calibration: Calibration, gyro: str, accel: str) -> Calibratio
 
 
 def _unit_factor(own: str, wanted: str, sensor: Sensor) -> float:
-    """Return the factor from the calibration's unit to that of the samples."""
+    """Return the factor from the calibration's unit to the unit of the samples."""
     if own == wanted:
         return 1.0
     if wanted not in UNITS or own not in UNITS:
@@ -96,15 +96,15 @@ def with_temperature(
     Parameters
     ----------
     model : TemperatureModel, Recording or None
-        Model of three axes, in a unit of the gyro's kind; its prediction replaces ``gyro.bias``
-        where the temperature is known. For a recording with a gyro, an accelerometer and a
-        temperature, the model is fitted to the rests that the calibration found in it, after
-        correction for g-sensitivity. None removes the model.
+        Model of three axes, in a unit of angular rate. Its prediction replaces ``gyro.bias`` if the
+        temperature is known. A recording with a gyro, an accelerometer and a temperature: the model
+        is fitted to the calibration's rests, after correction of g-sensitivity. None removes the
+        model.
 
     Raises
     ------
     ValueError
-        If the model has another number of axes, or a unit that does not fit.
+        If the model does not have three axes, or its unit does not fit.
     LogError
         If the recording lacks a gyro or a temperature.
     """
@@ -154,26 +154,26 @@ def corrector(
     inputs: Literal[3, 6, 7] = 6,
     channels: int | None = None,
 ) -> ImuCorrector[Floats] | ImuCorrector[tuple[Floats, Floats]]:
-    """Return the stream that corrects samples one by one or at once.
+    """Return a stream that corrects samples one by one or in blocks.
 
     Parameters
     ----------
     inputs : {3, 6, 7}
-        Numbers in a sample: the gyro; gyro and accelerometer (the default); these and the
-        temperature, degC. All are raw, in the units of the calibration.
+        Numbers per sample. 3: gyro. 6 (default): gyro and accelerometer. 7: gyro, accelerometer and
+        temperature in degC. Sensors are raw, in the units of the calibration.
     channels : int, optional
-        Number of sensors with the same correction; by default one.
+        Number of sensors with the same correction. Default: one.
 
     Returns
     -------
     ImuCorrector
-        It returns the corrected gyro, or gyro and accelerometer; `update`, `process`, checkpoints
-        and copies are those of all streams.
+        Stream that returns the corrected gyro, or gyro and accelerometer. It has the `update`,
+        `process`, checkpoints and copies of all streams.
 
     Raises
     ------
     ValueError
-        If `inputs` is none of these.
+        If `inputs` is another number.
     """
     gyro = (calibration.gyro.correction, calibration.values[GYRO_BIAS])
     if inputs == 3:
@@ -194,7 +194,7 @@ def corrector(
 
 
 def _bias_curve(calibration: Calibration) -> Any:  # noqa: ANN401
-    """Return the bias by temperature as the stream takes it, in the raw unit of the gyro."""
+    """Return the bias by temperature for the stream, in the raw unit of the gyro."""
     model = calibration.temperature_model
     return None if model is None else _convert_model(model, calibration.gyro_units[0]).curve
 
@@ -218,35 +218,36 @@ def apply(
     gyro: str = "gyro",
     accel: str = "accel",
 ) -> Recording | Log | Floats:
-    """Return samples without scale error, misalignment, bias and g-sensitivity.
+    """Return samples corrected for scale, misalignment, bias and g-sensitivity.
 
     Parameters
     ----------
     samples : Recording, Log or array_like
-        A recording: its gyro and accelerometer are corrected, everything else is unchanged. If
-        their clocks differ, the force is interpolated at the gyro's times for the g-sensitivity. A
-        log of three channels, of a gyro or of an accelerometer. An array of shape (n, 3) or (3,) of
-        the gyro, (n, 6) or (6,) of gyro and accelerometer, (n, 7) or (7,) with the temperature,
-        degC, behind, in the units of the calibration.
+        - Recording: its gyro and accelerometer are corrected, everything else stays. If their
+          clocks differ, the force is interpolated at the gyro's times for the g-sensitivity.
+        - Log: three channels of a gyro or of an accelerometer.
+        - Array, in the units of the calibration: shape (n, 3) or (3,) for the gyro, (n, 6) or (6,)
+          for gyro and accelerometer. Shape (n, 7) or (7,) has the temperature, degC, as the last
+          column.
     gyro, accel : str
-        Names of both logs in a recording, such as ``gyro_1`` and ``accel_1``; a missing one is
+        Names of both logs in a recording, such as ``gyro_1`` and ``accel_1``. A missing log is
         ignored.
 
     Returns
     -------
     Recording, Log or ndarray
-        As `samples`, in their unit, or in rad/s and m/s^2 for raw counts. Notes of logs describe
-        the correction, an invalid calibration, and other channels than the calibration's; for
-        arrays, an invalid calibration is a warning.
+        Samples in the type of `samples` and in their unit; raw counts become rad/s and m/s^2. Notes
+        of logs describe the correction, an invalid calibration, and channels that differ from the
+        calibration's. For arrays, an invalid calibration gives a warning.
 
     Raises
     ------
     LogError
-        If there is no sensor of three axes.
+        If no sensor has three axes.
     ValueError
-        If the units do not match those of the calibration, or an array has another shape.
+        If a unit does not match the calibration's unit, or an array has another shape.
     TypeError
-        If it is a data frame, whose columns have names and an order of their own.
+        If `samples` is a data frame, because its columns may be in another order.
     """
     if isinstance(samples, Recording):
         return _apply_to_recording(calibration, samples, gyro, accel)
@@ -262,21 +263,23 @@ def apply_gyro(
     accel: npt.ArrayLike | None = None,
     temperature: npt.ArrayLike | None = None,
 ) -> Floats:
-    """Return the true angular rate of raw samples of the gyro.
+    """Return the true angular rate from raw samples of the gyro.
 
     Parameters
     ----------
     z : array_like, shape (n, 3) or (3,)
-        In the raw unit of the calibration.
+        Samples in the raw unit of the calibration.
     accel : array_like, of the same shape, optional
-        Raw samples of the accelerometer, by which g-sensitivity is removed; by default it stays.
+        Raw samples of the accelerometer, for the g-sensitivity. Default: g-sensitivity is not
+        corrected.
     temperature : array_like, shape (n,) or one number, optional
-        degC, for a calibration with a temperature model; by default the calibration's bias is used.
+        Temperature, degC, for a calibration with a temperature model. Default: the calibration's
+        bias is used.
 
     Returns
     -------
     ndarray of float64
-        As `z`, in the unit ``gyro.unit``.
+        Rate, shape of `z`, in the unit ``gyro.unit``.
 
     Raises
     ------
@@ -295,22 +298,22 @@ def apply_gyro(
 
 
 def apply_accel(calibration: Calibration, z: npt.ArrayLike) -> Floats:
-    """Return the true specific force of raw samples of the accelerometer.
+    """Return the true specific force from raw samples of the accelerometer.
 
     Parameters
     ----------
     z : array_like, shape (n, 3) or (3,)
-        In the raw unit of the calibration.
+        Samples in the raw unit of the calibration.
 
     Returns
     -------
     ndarray of float64
-        As `z`, in the unit ``accel.unit``.
+        Specific force, shape of `z`, in the unit ``accel.unit``.
 
     Raises
     ------
     ValueError
-        If the shape is another one.
+        If `z` has another shape.
     """
     _warn_if_invalid(calibration)
     forces = _parse_vectors(z, "z")
@@ -333,7 +336,7 @@ def _broadcast_like(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) ->
 
 def _apply_to_array(calibration: Calibration, samples: npt.ArrayLike) -> Floats:
     if hasattr(samples, "columns"):
-        # Its columns have an order of their own: a time in front would be read as a rate.
+        # The order of its columns is unknown: a time in the first column would be read as a rate.
         raise TypeError(
             f"samples must be a Recording, a Log or an array, got {type(samples).__name__}; "
             "zr.read_recording reads data frames"
@@ -353,20 +356,20 @@ def _apply_to_array(calibration: Calibration, samples: npt.ArrayLike) -> Floats:
 
 
 def _correct_rates(calibration: Calibration, rows: Floats) -> Floats:
-    """Return the corrected gyro of rows of 3, 6 or 7 numbers."""
+    """Return the corrected gyro from rows of 3, 6 or 7 numbers."""
     if rows.shape[1] == 3:
         return corrector(calibration, inputs=3).process(rows)
     return _correct_both(calibration, rows)[0]
 
 
 def _correct_both(calibration: Calibration, rows: Floats) -> tuple[Floats, Floats]:
-    """Return the corrected gyro and accelerometer of rows of 6 or 7 numbers."""
+    """Return the corrected gyro and accelerometer from rows of 6 or 7 numbers."""
     inputs: Literal[6, 7] = 6 if rows.shape[1] == 6 else 7
     return corrector(calibration, inputs=inputs).process(rows)
 
 
 def _correct_forces(calibration: Calibration, rows: Floats) -> Floats:
-    """Return the corrected accelerometer alone, by the arithmetic that corrects a gyro."""
+    """Return the corrected accelerometer, computed in the same way as a gyro."""
     accel = calibration.accel.correction
     return ImuCorrector(accel, calibration.values[ACCEL_BIAS], inputs=3).process(rows)
 
@@ -388,7 +391,7 @@ def _apply_to_log(calibration: Calibration, log: Log) -> Log:
 
 
 def _identify_sensor(log: Log) -> Sensor:
-    """Return the sensor of a log, by its unit or else its names."""
+    """Return the sensor of a log, from its unit or else its names."""
     unit = UNITS.get(log.units[0])
     for sensor, kind in _QUANTITIES.items():
         if unit is not None and unit.kind == kind:
@@ -435,7 +438,7 @@ def _apply_to_recording(
 def _join_inputs(
     gyro: Log, accel: Log | None, temperature: Log | None, calibration: Calibration
 ) -> Floats:
-    """Return the samples of a gyro with the inputs of its correction, at the gyro's times."""
+    """Return the gyro's samples with the inputs of its correction, at the gyro's times."""
     parts = [_three_axis_data(gyro, "gyro")]
     has_temperature = calibration.temperature_model is not None and temperature is not None
     if accel is not None:
@@ -448,7 +451,7 @@ def _join_inputs(
 
 
 def _interpolate_at(gyro: Log, log: Log, values: Floats) -> Floats:
-    """Return the values of a log at the times of the gyro, NaN where it has none nearby."""
+    """Return a log's values at the times of the gyro, NaN without a sample nearby."""
     if (
         log.n == gyro.n
         and np.abs(log.sampled - gyro.sampled).max() * gyro.rate < _MAX_OFFSET_PERIODS
@@ -464,7 +467,7 @@ def _interpolate_at(gyro: Log, log: Log, values: Floats) -> Floats:
 
 
 def _distance_to_nearest(times: Floats, known: Floats) -> Floats:
-    """Return the distance of each time to the nearest of the known ones, which rise."""
+    """Return the distance of each time to the nearest known time; known times are sorted."""
     after = np.searchsorted(known, times)
     return np.minimum(
         np.abs(times - known[np.maximum(after - 1, 0)]),
@@ -482,7 +485,7 @@ def _three_axis_data(log: Log, sensor: Sensor) -> Floats:
 
 
 def _channel_notes(log: Log, sensor: Sensor, calibration: Calibration) -> Iterator[str]:
-    """Yield a sentence if the channels are not those that the calibration was made of."""
+    """Yield a sentence if the channels differ from the channels of the calibration."""
     own = calibration.origin.gyro if sensor == "gyro" else calibration.origin.accel
     if own and own != log.names:
         yield (
@@ -494,7 +497,7 @@ def _channel_notes(log: Log, sensor: Sensor, calibration: Calibration) -> Iterat
 def _make_corrected_log(
     log: Log, data: Floats, sensor: Sensor, calibration: Calibration, without_accel: bool = False
 ) -> Log:
-    """Return a log with corrected samples, and notes on the correction."""
+    """Return a log with corrected samples, and with notes on the correction."""
     unit = calibration.gyro_units[1] if sensor == "gyro" else calibration.accel_units[1]
     sentences = (*_correction_notes(calibration, sensor), *_channel_notes(log, sensor, calibration))
     corrected = _add_notes(replace(log, data=data, unit=unit), sentences)

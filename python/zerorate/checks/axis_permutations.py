@@ -23,7 +23,7 @@ def _make_rotations() -> Floats:
 
 
 SENSES: Final[Floats] = np.concatenate([_make_rotations(), -_make_rotations()])
-"""Shape (48, 3, 3): 24 rotations, and their negatives in the same order."""
+"""24 rotations, and their negatives in the same order, shape (48, 3, 3)."""
 
 INVERSES: Final[Integers] = np.array(
     [int((SENSES == one.T).all(axis=(1, 2)).argmax()) for one in SENSES], dtype=np.int64
@@ -31,13 +31,13 @@ INVERSES: Final[Integers] = np.array(
 """Index of each sense's inverse."""
 
 IDENTITY: Final = 0
-"""Index of the sense that leaves the axes unchanged."""
+"""Index of the unchanged axes."""
 
 _AXES: Final = "xyz"
 
 
 def count_mistakes(sense: Floats) -> int:
-    """Return the number of mistakes in a sense: an exchange, a sign, or all three signs, 1 each."""
+    """Return the number of mistakes: an exchange, a sign, or all three signs count 1 each."""
     columns = np.abs(sense).argmax(axis=1)
     unmoved = int((columns == np.arange(3)).sum())
     exchanges = {3: 0, 1: 1, 0: 2}[unmoved]
@@ -46,20 +46,20 @@ def count_mistakes(sense: Floats) -> int:
 
 
 def format_sense(sense: Floats) -> str:
-    """Return a sense as a user types it, each new axis by an old one: ``x,-y,z``."""
+    """Return a sense in the form that users type: ``x,-y,z``."""
     columns = np.abs(sense).argmax(axis=1)
     signs = ["-" if row.sum() < 0.0 else "" for row in sense]
     return ",".join(f"{sign}{_AXES[column]}" for sign, column in zip(signs, columns, strict=True))
 
 
 def format_senses(senses: Integers) -> tuple[str, ...]:
-    """Return several senses as a user types them, the one with the fewest changes first."""
+    """Return several senses in the form that users type, fewest changes first."""
     ordered = sorted(senses, key=lambda index: (count_mistakes(SENSES[index]), index))
     return tuple(format_sense(SENSES[index]) for index in ordered)
 
 
 def shared_rows(senses: Integers) -> tuple[str | None, str | None, str | None]:
-    """Return the rows that several senses share: ``-y``, ``y`` without sign, or None."""
+    """Return the common rows of several senses: ``-y``, ``y`` without sign, or None."""
     rows = [_shared_row(SENSES[senses][:, axis]) for axis in range(3)]
     return rows[0], rows[1], rows[2]
 

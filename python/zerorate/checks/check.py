@@ -1,4 +1,4 @@
-"""The check of a recording: its sensors on common ticks, compared with each other."""
+"""Check of a recording: its sensors on common ticks, compared with each other."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _TICK_S: Final = 0.02
 _MIN_DURATION_S: Final = 20.0
 """Shortest recording for a check, s."""
 _MIN_RATE_HZ: Final = 10.0
-"""Least rate of a sensor whose samples follow a motion, Hz."""
+"""Smallest sampling rate that resolves motion, Hz."""
 _COST_FLOOR, _FIELD_COST_FLOOR = 0.01, 0.05
 _UNIT_FACTORS: Final = (1.0, math.pi / 180.0, 180.0 / math.pi)
 _MAX_SCALE_SIGMA, _MAX_DELAY_SIGMA_S = 0.03, 0.015
@@ -48,26 +48,26 @@ def check(
 ) -> Checks:
     """Check the units, signs and axes of a recording's sensors against its motion.
 
-    The gyro's rotation transforms the accelerometer's force into fixed axes. Only with the correct
-    unit and axes is gravity constant there; the same holds for a magnetometer's field. Units and
-    axes that the motion does not determine stay undecided. Nothing is corrected.
+    The gyro's rotation transforms the accelerometer's force into fixed axes. Gravity is constant
+    there only if unit and axes are correct. A magnetometer's field is tested in the same way. Units
+    and axes that the motion does not determine stay undecided. Nothing is corrected.
 
     Parameters
     ----------
     recording : Recording
-        Recording with a gyro and an accelerometer of three axes at 10 Hz or more, and optionally a
-        magnetometer.
+        Recording with a gyro and an accelerometer of three axes at 10 Hz or more. A magnetometer is
+        optional.
     gyro, accel : str
-        Names of the sensors, such as ``"gyro_1"``; default the first gyro, and the accelerometer of
-        its device.
+        Names of the sensors, such as ``"gyro_1"``. Default: the first gyro, and the accelerometer
+        of its device.
     scale : bool
-        Estimate also scale errors and a delay of the gyro, if unit and axes fit.
+        Also estimate scale errors and a delay of the gyro, if unit and axes fit.
 
     Returns
     -------
     Checks
-        Findings on gyro and magnetometer. ``table()`` shows them, ``apply(recording)`` corrects a
-        unit or axes that are certain.
+        Findings on gyro and magnetometer. ``table()`` shows them. ``apply(recording)`` corrects a
+        unit or axes if the correction is certain.
 
     Examples
     --------
@@ -99,7 +99,7 @@ def check(
 
 
 def _find_obstacle(recording: Recording, gyro: str, accel: str) -> str:
-    """Return the reason why no check is possible, or an empty text."""
+    """Return the reason why no check is possible, or an empty string."""
     for name, kind in ((gyro, "rate"), (accel, "acceleration")):
         if name not in recording:
             return f"there is no {name}"
@@ -260,7 +260,7 @@ def _unknown_scale() -> tuple[Scale, Coefficient]:
 
 
 def _estimate_scale(ticks: _Ticks, gyro_check: _GyroCheck) -> tuple[Scale, Coefficient]:
-    """Return the scale and delay of a gyro whose axes fit, from its motion."""
+    """Return the scale and delay of a gyro with correct axes, from its motion."""
     _, numbers, sigmas = check_fit(
         ticks.rates, ticks.forces, gyro_check.starts, gyro_check.length, gyro_check.bias, fits=True
     )
@@ -282,7 +282,7 @@ def _no_field_finding(recording: Recording, mag: str, reason: str) -> Finding:
 
 
 def _check_field(ticks: _Ticks, gyro_check: _GyroCheck, recording: Recording, mag: str) -> Finding:
-    """Return the finding on the magnetometer, from the gyro as it is or as corrected."""
+    """Return the finding on the magnetometer, from the gyro or the corrected gyro."""
     if ticks.fields is None:
         return _no_field_finding(
             recording, mag, f"{mag} does not have three axes at {_MIN_RATE_HZ:g} Hz or more"
@@ -302,7 +302,7 @@ def _check_field(ticks: _Ticks, gyro_check: _GyroCheck, recording: Recording, ma
 
 
 def _has_known_axes(gyro: Finding) -> bool:
-    """Return True if the axes of a gyro, as it is or as corrected, are known."""
+    """Return True if the axes of the gyro, or of the corrected gyro, are known."""
     return gyro.status == "agrees" or gyro.matrix is not None
 
 
@@ -343,7 +343,7 @@ def _field_finding(
 
 
 def _median_dip(ticks: _Ticks) -> float | None:
-    """Return the median angle of the field below the level: the force at rest points up."""
+    """Return the median angle of the field below the horizontal; the force at rest points up."""
     assert ticks.fields is not None
     sizes = np.linalg.norm(ticks.forces, axis=1) * np.linalg.norm(ticks.fields, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -372,7 +372,7 @@ def _describe_clock(gyro: Log) -> str:
 
 
 def _describe_sizes(recording: Recording, accel: str, mag: str) -> Iterator[str]:
-    """Yield a sentence on each sensor whose values suggest another unit."""
+    """Yield a sentence on each sensor with values of the size of another unit."""
     for name, kind in ((accel, "accel"), (mag, "mag")):
         log, known = recording.get(name), _USUAL_SIZES[kind]
         if log is None or log.channels != 3 or log.unit not in known:

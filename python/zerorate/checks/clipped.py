@@ -1,4 +1,4 @@
-"""Rates that a gyro clipped at its range, restored from the flanks of each peak."""
+"""Restoration of rates that a gyro clipped at its range, from the flanks of each peak."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from zerorate.types import Booleans, Floats
 from zerorate.units import convert, kind
 
 _RANGE_SHARE: Final = 0.965
-"""Fraction of the largest rate above which a sample is at the range, as in the core."""
+"""Share of the largest rate above which a sample is at the range, as in the core."""
 
 
 @dataclass(frozen=True)
 class ClippedAxis:
-    """One axis and sign of a gyro that turned faster than its range.
+    """Axis and sign with rates beyond the gyro's range.
 
     Parameters
     ----------
@@ -33,14 +33,14 @@ class ClippedAxis:
     sign : int
         1 or -1.
     limit : float
-        The range as seen in the recording, rad/s.
+        Range observed in the recording, rad/s.
     sample_count : int
-        Samples that were restored.
+        Number of restored samples.
     share : float
-        Their share of all samples.
+        Restored samples as a share of all samples.
     certain : bool
         True if half of the samples at the range are equal to the last bit, which only a range
-        explains. Axes that a calibration has mixed do not show this, but may be clipped, too.
+        explains. After a calibration that mixes axes it is False even if an axis was clipped.
 
     Examples
     --------
@@ -71,16 +71,16 @@ class ClippedAxis:
 
 @dataclass(frozen=True, eq=False)
 class RestoredGyro:
-    """Rates of a gyro, with clipped ones restored.
+    """Rates of a gyro with restored peaks.
 
     Parameters
     ----------
     gyro : ndarray, shape (n, 3)
-        rad/s, NaN where it is missing.
+        Rates, rad/s, NaN where missing.
     restored : ndarray of bool, shape (n,)
         Mask of changed samples.
     variance : ndarray, shape (n,)
-        Error of a restored rate, as white-noise density, rad^2/s; 0 elsewhere.
+        Error of a restored rate as a white-noise density, rad^2/s; 0 elsewhere.
     clipped : tuple of ClippedAxis
         Clipped axes and signs; empty if the gyro was never clipped.
 
@@ -101,25 +101,28 @@ class RestoredGyro:
 
 
 def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredGyro:
-    """Restore rates that a gyro clipped at its range, from their flanks.
+    """Restore rates that a gyro clipped at its range, from the flanks of each peak.
 
-    The range need not be known. One direction of an axis counts as clipped under three conditions.
-    The rate stays within 4 % of its largest value for a tenth of a second. The band just below has
-    at most twice as many samples. Cubics through the flanks exceed the plateaus by 1.5 % of the
-    largest value on average. Round peaks and true plateaus agree with their flanks and stay
-    unchanged, to the last bit. A gyro that stays below 100 deg/s is unchanged, too.
+    The range need not be known. One direction of an axis counts as clipped under three conditions:
+
+    - The rate stays within 4 % of its largest value for a tenth of a second.
+    - The band just below has at most twice as many samples.
+    - Cubics through the flanks exceed the plateaus by 1.5 % of the largest value on average.
+
+    Round peaks and true plateaus agree with their flanks and stay unchanged, to the last bit. A
+    gyro that stays below 100 deg/s is unchanged, too.
 
     Parameters
     ----------
     gyro : array_like, shape (n, 3)
-        Rates, rad/s; a row that is not finite counts as missing and stays so.
+        Rates, rad/s. A row that is not finite counts as missing and stays missing.
     rate : float
-        Samples per second; by default that of a `Log`.
+        Sampling rate, Hz. Default: the rate of a `Log`.
 
     Returns
     -------
     RestoredGyro
-        The rates, the mask of restored ones, and their variance.
+        Rates, the mask of restored rates, and their variance.
 
     Raises
     ------
@@ -129,8 +132,8 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredG
     Notes
     -----
     A restored rate is at most twice the range. If a gyro is clipped for longer than about a tenth
-    of a second, no cubic predicts the peak: `variance` is then large. A constant rate for half a
-    second is not a peak but a rate table or a wheel, and stays.
+    of a second, no cubic predicts the peak, and `variance` is large. A constant rate for half a
+    second comes from a rate table or a wheel and stays unchanged.
 
     Examples
     --------
@@ -151,7 +154,7 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredG
     known = np.isfinite(rates).all(axis=1)
     if not known.any():
         return RestoredGyro(rates.copy(), np.zeros(len(rates), bool), np.zeros(len(rates)), ())
-    # Missing rates: the last known one; at the start, the first known one.
+    # A missing rate is replaced by the last known rate; at the start, by the first known rate.
     last = np.maximum.accumulate(np.where(known, np.arange(len(rates)), np.argmax(known)))
     values, sides, variance = restore_clipped_rates(rates[last], 1.0 / hertz)
     values[~known] = rates[~known]
@@ -167,16 +170,17 @@ def restore_recording(
     Parameters
     ----------
     imu : Recording
-        Recording with a gyro of three axes in a unit of rates; any other is returned unchanged.
+        Recording with a gyro of three axes in a unit of rates. Other recordings are returned
+        unchanged.
     gyro : str
-        The name of the gyro's log.
+        Name of the gyro's log.
     certain : bool, default True
         Restore only if each clipped axis is `ClippedAxis.certain`.
 
     Returns
     -------
     tuple
-        The recording, unchanged if nothing was restored, and a `ClippedAxis` for each clipped side.
+        Recording, unchanged if nothing was restored, and a `ClippedAxis` for each clipped side.
 
     Examples
     --------
@@ -212,7 +216,7 @@ def _is_rate(unit: str | None) -> bool:
 def clipped_axes(
     sides: Iterable[tuple[int, float, float, int]], gyro: Floats
 ) -> tuple[ClippedAxis, ...]:
-    """Return the axes that were clipped, found by the core in uncorrected rates."""
+    """Return the clipped axes, detected by the core in uncorrected rates."""
     axes = []
     for axis, sign, limit, count in sides:
         rate = sign * gyro[:, axis]

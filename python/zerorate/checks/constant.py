@@ -1,4 +1,4 @@
-"""Sensors that measure nothing: unused fields of a message, dead axes, frozen magnetometers."""
+"""Detection of sensors without a measurement: unused fields, dead axes, stuck magnetometers."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from zerorate.types import Booleans, Floats
 from zerorate.units import UNITS, convert
 
 _MIN_SAMPLES: Final = 100
-"""Least number of equal samples for evidence: a coarse sensor may repeat a value."""
+"""Smallest number of equal samples that counts: a coarse sensor may repeat a value."""
 _MIN_FROZEN_S: Final = 3.0
 _MIN_TURN_RAD: Final = np.radians(5.0)
-"""Rotation during which a magnetometer must change: a degree changes 50 uT by a microtesla."""
+"""Rotation in which a magnetometer must change: one degree changes 50 uT by a microtesla."""
 _KINDS: Final = ("gyro", "accel", "mag")
 
 
 def drop_absent_sensors(recording: Recording) -> tuple[Recording, tuple[str, ...]]:
-    """Exclude sensors with one value in every sample if another sensor of the kind measures.
+    """Exclude constant sensors if another sensor of the kind measures.
 
     A message such as ``sensor_msgs/Imu`` always has fields for a gyro and an accelerometer. A
     driver that publishes each sensor in its own topic fills the other fields with zeros.
@@ -95,19 +95,19 @@ def describe_dead_axes(recording: Mapping[str, Log], names: tuple[str, ...]) -> 
 def mask_frozen_field(
     recording: Recording, gyro: str, mag: str
 ) -> tuple[Recording, tuple[str, ...]]:
-    """Mark a magnetometer's samples missing while they repeat one value during a rotation.
+    """Mask a magnetometer's samples that repeat one value during a rotation.
 
     Parameters
     ----------
     recording : Recording
-        With a gyro of a known unit; else nothing is checked.
+        Recording with a gyro of a known unit; otherwise nothing is checked.
     gyro, mag : str
         Names of the logs.
 
     Returns
     -------
     tuple
-        The recording, without the magnetometer if no sample is left, and alarms.
+        Recording, without the magnetometer if no sample is left; and alarms.
     """
     field, rates = recording.get(mag), recording.get(gyro)
     if field is None or rates is None or not _is_rate(rates):
@@ -139,7 +139,7 @@ def _is_rate(log: Log) -> bool:
 
 
 def _cumulative_angle(rates: Log) -> tuple[Floats, Floats]:
-    """Return times, and the gyro's accumulated angle of rotation without its median rate."""
+    """Return times, and the gyro's cumulative angle after removal of its median rate."""
     data = np.nan_to_num(
         convert(rates.data - np.nanmedian(rates.data, axis=0), rates.unit, "rad/s")
     )

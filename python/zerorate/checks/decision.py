@@ -30,11 +30,11 @@ class Costs:
     Parameters
     ----------
     costs : ndarray, shape (units, senses, windows)
-        The given hypothesis is the first.
+        Costs; the first is the cost of the stated hypothesis.
     null : ndarray, shape (windows,)
         Costs of force or field in sensor axes, without any gyro.
     floor : float
-        Root of the smallest cost that any model reaches.
+        Root of the smallest cost that a model reaches.
     """
 
     costs: Floats
@@ -42,7 +42,7 @@ class Costs:
     floor: float
 
     def telling(self) -> tuple[Costs, Booleans]:
-        """Return the windows that some hypothesis explains, if these are at least half."""
+        """Return the windows that a hypothesis explains, if they are at least half of all."""
         explained = self.costs.min(axis=(0, 1)) < _MAX_EXPLAINED_RMS**2
         if 2 * explained.sum() < len(explained):
             explained[:] = True
@@ -51,25 +51,25 @@ class Costs:
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """Hypotheses that remain.
+    """Remaining hypotheses.
 
     Parameters
     ----------
     status : str
-        See `zerorate.checks.Finding`.
+        Status, as in `zerorate.checks.Finding`.
     unit : int
-        Index of the unit that fits; 0 is the stated one.
+        Index of the best unit; 0 is the stated unit.
     remaining : ndarray of int
-        Senses that the data do not distinguish from the best.
+        Senses that the data do not distinguish from the best sense.
     likely : int
-        The sense with the fewest mistakes among them; of several, the one that fits best.
+        Remaining sense with the fewest mistakes; if there are several, the best of them.
     decisive : ndarray of bool, shape (windows,)
-        Windows in which the best hypothesis is better by a factor of 2 than the stated one or the
-        rest.
+        Windows in which the best hypothesis is better by a factor of 2 than the stated hypothesis
+        or the others.
     ratio : float
-        Cost of the stated hypothesis over that of the best.
+        Cost of the stated hypothesis over the cost of the best.
     other_units : bool
-        True if hypotheses of other units remain, too.
+        True if hypotheses of other units also remain.
     """
 
     status: Status
@@ -104,7 +104,7 @@ def _is_beaten(costs: Costs, candidate: Floats, best: Floats) -> bool:
 
 
 def _find_quiet_units(costs: Costs) -> Booleans:
-    """Return the units in which all senses fit equally well, as in too slow a rotation."""
+    """Return the units with equal costs of all senses, as in too slow a rotation."""
     means, null = costs.costs.mean(axis=2), float(costs.null.mean())
     floor = costs.floor**2
     tied = means.max(axis=1) + floor <= _TIE_RATIO * (means.min(axis=1) + floor)
@@ -117,10 +117,10 @@ def decide(costs: Costs, *, refit: Callable[[], Floats] | None = None) -> Decisi
     Parameters
     ----------
     costs : Costs
-        Of all hypotheses.
+        Costs of all hypotheses.
     refit : callable, optional
-        Function called before an alarm; it returns the stated hypothesis' costs, shape (windows,),
-        with scale errors and a delay fitted.
+        Function called before an alarm. It returns the stated hypothesis' costs, shape (windows,),
+        after a fit of scale errors and a delay.
     """
     if costs.costs.shape[2] < _MIN_WINDOWS:
         return _decide_nothing("cannot tell", costs)
@@ -145,7 +145,7 @@ def decide(costs: Costs, *, refit: Callable[[], Floats] | None = None) -> Decisi
         return Decision("unit only", best[0], np.arange(48), IDENTITY, where, margin.ratio)
     other_units = int(tied.sum()) > len(remaining)
     if other_units and best[0] != 0:
-        # The stated unit is not the best of several indistinguishable ones: none is named.
+        # Several units are indistinguishable, and the stated unit is not the best: name none.
         return _decide_nothing("doubt", costs, explained)
     return Decision(
         "mistake",
@@ -205,7 +205,7 @@ def _is_sure(costs: Costs, given_costs: Floats, best: tuple[int, int], unit_only
 
 
 def _robust_ratio(given_costs: Floats, low: Floats, floor: float) -> float:
-    """Return the ratio of costs without the most decisive window: one knock is no evidence."""
+    """Return the ratio of costs without the most decisive window, which may be a knock."""
     others = np.arange(len(given_costs)) != int(given_costs.argmax())
     return _compare_costs(given_costs[others], low[others], floor).ratio
 
@@ -233,6 +233,6 @@ def _expand_windows(where: Booleans, explained: Booleans) -> Booleans:
 
 
 def _simplest_sense(costs: Costs, unit: int, remaining: Integers) -> int:
-    """Return the sense with the fewest mistakes; of several, the one that fits best."""
+    """Return the sense with the fewest mistakes; if there are several, the best of them."""
     means = costs.costs[unit].mean(axis=1)
     return int(min(remaining, key=lambda sense: (count_mistakes(SENSES[sense]), means[sense])))

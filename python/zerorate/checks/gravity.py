@@ -1,4 +1,4 @@
-"""Gravity in an accelerometer's samples: absent from the linear acceleration of phones."""
+"""Detection of missing gravity, as in the linear acceleration of phones."""
 
 from __future__ import annotations
 
@@ -20,27 +20,29 @@ _MAX_MEDIAN_M_S2: Final = 0.9 * _G_M_S2
 """Median force below which gravity may be absent; with gravity even a spinning body shows 1 g."""
 _QUIET_WINDOW_S: Final = 0.1
 _QUIET_QUANTILE: Final = 0.05
-"""Fraction of the windows, those with the least rotation."""
+"""Share of the windows with the least rotation."""
 _SMALL_QUANTILE: Final = 0.05
-"""Fraction of the windows, those of the smallest mean force: oscillation passes through zero."""
+"""Share of the windows with the smallest mean force: an oscillation passes through zero."""
 _MAX_SMALL_M_S2: Final = 0.25 * _G_M_S2
 _MAX_RATIO: Final = 0.25
-"""Ratio of their force to that of the largest tenth. With gravity, in any scale, it is 0.35 on a
-runner's foot and 0.8 elsewhere."""
+"""Force in the windows above over the force in the largest tenth, without gravity. With gravity, in
+any scale, it is 0.35 on a runner's foot and 0.8 elsewhere.
+"""
 _APPLE_UNIT: Final = "g"
-"""Apple's unit of gravity and of acceleration without gravity; both have the sign of gravity.
-Android has m/s^2, and the sign of specific force."""
+"""Unit of gravity and of acceleration without gravity on Apple's devices; both have the sign of
+gravity. Android uses m/s^2 and the sign of specific force.
+"""
 _MAX_REST_FORCE_M_S2: Final = 0.06 * _G_M_S2
-"""Force of the largest tenth of a body at rest, without gravity."""
+"""Largest force of the largest tenth of windows for a body at rest without gravity."""
 
 
 def lacks_gravity(accel: Log, gyro: Log | None = None) -> bool:
     """Return True if an accelerometer's samples are without gravity.
 
     The evidence is the mean force in windows of 0.25 s. With gravity the smallest means are near 1
-    g in any motion; without gravity an oscillating acceleration passes through zero. A sensor in
-    free fall cannot be distinguished. If most forces are large, as on a runner's foot, the evidence
-    is the mean force in the windows of 0.1 s with the least rotation: there the foot stands.
+    g in any motion. Without gravity an oscillating acceleration passes through zero. A sensor in
+    free fall looks the same. If most forces are large, as on a runner's foot, other windows are
+    used: the windows of 0.1 s with the least rotation, while the foot is on the ground.
 
     Parameters
     ----------
@@ -92,29 +94,29 @@ def _window_means(force: Floats, length: int) -> Floats:
 def restore_gravity(
     recording: Recording, accel: str, needed: bool, gyro: str = "gyro"
 ) -> tuple[Recording, tuple[str, ...], tuple[str, ...]]:
-    """Add gravity to an accelerometer whose samples lack it.
+    """Add gravity to an accelerometer without gravity in its samples.
 
     Parameters
     ----------
     recording : Recording
-        Its log ``gravity``, if present and on the accelerometer's clock, is added. Values in g
-        point down, as on Apple's devices, so their sum is negated.
+        Recording. Its log ``gravity`` is added, if present and on the accelerometer's clock. Values
+        in g point down, as on Apple's devices, so their sum is negated.
     accel : str
         Name of the accelerometer.
     needed : bool
-        Raise an error if gravity cannot be added; otherwise return an alarm.
+        True: raise an error if gravity cannot be added. False: return an alarm.
     gyro : str
         Name of the gyro of the same device.
 
     Returns
     -------
     tuple
-        The recording, alarms and notes.
+        Recording, alarms and notes.
 
     Raises
     ------
     LogError
-        If gravity is absent, needed, and no column holds it.
+        If gravity is absent and needed, and no column contains it.
     """
     log = recording.get(accel)
     if log is None or not lacks_gravity(log, recording.get(gyro)):

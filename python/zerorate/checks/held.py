@@ -11,28 +11,29 @@ from zerorate.record.fixes import Fixes
 from zerorate.types import Booleans, Floats
 
 _MIN_ROWS_PER_FIX: Final = 2.0
-"""Least median number of rows with one fix in a table that holds fixes. In a receiver's own record
-this is 1: fixes repeat at rest only."""
+"""Smallest median number of rows per fix in a table that holds fixes. In a receiver's own record it
+is 1, because fixes repeat at rest only.
+"""
 _MAX_EARLY_SHARE: Final = 0.5
-"""Fraction of the usual interval within which a repeated fix was sent twice."""
+"""Share of the usual interval within which a repeated fix was sent twice."""
 
 
 def drop_held_fixes(fixes: Fixes) -> tuple[Fixes, tuple[str, ...]]:
-    """Leave out fixes that repeat the one before.
+    """Leave out fixes that repeat the fix before.
 
-    Loggers of phones and boards write the receiver's last fix in every row; there a fix is new if
-    its position or velocity changes. In a receiver's own record each row is a new fix, except
-    repeated ones that come too early.
+    Loggers of phones and boards write the receiver's last fix in every row. A fix is then new if
+    its position or velocity changes. In a receiver's own record each row is a new fix, except a
+    repetition within a fraction of the usual interval.
 
     Parameters
     ----------
     fixes : Fixes
-        n of them.
+        Fixes of a receiver, n of them.
 
     Returns
     -------
     tuple
-        The fixes, and a note with the number of excluded ones.
+        Remaining fixes, and a note with the number of excluded fixes.
 
     Examples
     --------
@@ -61,7 +62,7 @@ def drop_held_fixes(fixes: Fixes) -> tuple[Fixes, tuple[str, ...]]:
 
 
 def _find_repeats(fixes: Fixes) -> Booleans:
-    """Return the mask of fixes that repeat the one before, shape (n,)."""
+    """Return the mask of fixes that repeat the fix before, shape (n,)."""
     same = _equals_previous(fixes.position)
     if fixes.velocity is not None:
         same &= _equals_previous(fixes.velocity)
@@ -75,7 +76,7 @@ def _equals_previous(values: Floats) -> Booleans:
 
 
 def _rows_per_fix(repeats: Booleans) -> float:
-    """Return the median number of rows of a fix, repetitions included."""
+    """Return the median number of rows per fix, with repetitions."""
     return float(np.median(np.diff(np.flatnonzero(~repeats), append=len(repeats))))
 
 

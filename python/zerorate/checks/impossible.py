@@ -1,4 +1,4 @@
-"""Impossible rates and single corrupt samples, in batches and live.
+"""Detection of impossible rates and single corrupt samples, in batches and live.
 
 **Evidence.** A bit error or a lost decimal point can give one sample any value. Integrated over one
 period it changes the heading permanently: 20,000 deg/s in one row at 100 Hz are 200 deg.
@@ -6,11 +6,11 @@ period it changes the heading permanently: 20,000 deg/s in one row at 100 Hz are
 **Thresholds.**
 
 - No MEMS gyro has a range above 4000 deg/s (ISM330DHCX; most end at 2000): higher rates are errors.
-- Within the range a sample is a spike if it is 8 times larger than both its neighbours from
-  1000 deg/s on, or 50 times from 300 deg/s on. A gyro's own low-pass filter, below half the
-  sampling rate, spreads any motion over at least two samples. Samples of a fast motion or of a
-  clipped rotation have neighbours of their size; a knock rings. Below 50 Hz a real motion fits
-  between two samples, so no sample counts as a spike.
+- Within the range a sample is a spike in two cases: above 1000 deg/s if it is 8 times larger than
+  both neighbours, above 300 deg/s if it is 50 times larger. A gyro's own low-pass filter, below
+  half the sampling rate, spreads any motion over at least two samples. Samples of a fast motion or
+  of a clipped rotation have neighbours of their size, and a knock rings. Below 50 Hz a real motion
+  fits between two samples, so no sample counts as a spike.
 
 A spike below 300 deg/s may be a knock on a sensor at rest, and stays.
 """
@@ -32,9 +32,9 @@ from zerorate.units import UNITS, convert
 GYRO_RANGE_DPS: Final = 4000.0
 """Largest range of a MEMS gyro on the market, deg/s."""
 SPIKES: Final = ((math.radians(1000.0), 8.0), (math.radians(300.0), 50.0))
-"""Rates, rad/s, and the ratio to both neighbours from which a sample is corrupt."""
+"""Pairs of a rate, rad/s, and the ratio to both neighbours above which a sample is corrupt."""
 _MAX_IMPOSSIBLE_SHARE: Final = 0.01
-"""Share of such samples above which the unit is wrong instead."""
+"""Largest share of impossible samples; a larger share means a wrong unit."""
 MIN_RATE_HZ: Final = 50.0
 """Sampling rate below which a real motion fits between two samples."""
 
@@ -49,9 +49,9 @@ def find_impossible_rates(
     rate_rad_s
         Rates of a gyro, rad/s, shape (n, 3) or (n,); NaN where missing.
     limit
-        Range of the gyro, rad/s: a sample beyond it in any axis is impossible. Default 4000 deg/s.
+        Range of the gyro, rad/s. A sample is impossible if any axis exceeds it. Default 4000 deg/s.
     rate
-        Samples per second, Hz. Below 50 Hz single samples are left alone; None is above.
+        Sampling rate, Hz. Below 50 Hz spikes are not tested. None: tested.
 
     Examples
     --------
@@ -80,26 +80,26 @@ def _resolve_limit(limit: float | None) -> float:
 
 
 def mask_impossible_rates(recording: Recording, gyro: str) -> tuple[Recording, tuple[str, ...]]:
-    """Mark impossible samples of a gyro as missing.
+    """Mask impossible samples of a gyro as missing.
 
     Parameters
     ----------
     recording : Recording
-        Recording whose gyro has a known unit; else nothing is checked.
+        Recording with a gyro of a known unit; otherwise nothing is checked.
     gyro : str
         Name of the log.
 
     Returns
     -------
     tuple
-        The recording, unchanged if all samples are possible, and an alarm.
+        Recording, unchanged if all samples are possible; and an alarm.
     """
     log = recording.get(gyro)
     if log is None or log.unit not in UNITS or UNITS[log.unit].kind != "rate":
         return recording, ()
     mask = find_impossible_rates(convert(log.data, log.unit, "rad/s"), rate=log.rate)
     count = int(mask.sum())
-    # So many corrupt samples mean another unit.
+    # A larger share of corrupt samples means another unit.
     if not count or count > max(_MAX_IMPOSSIBLE_SHARE * log.n, 1.0):
         return recording, ()
     largest = math.degrees(float(np.nanmax(np.abs(convert(log.data[mask], log.unit, "rad/s")))))
@@ -112,7 +112,7 @@ def mask_impossible_rates(recording: Recording, gyro: str) -> tuple[Recording, t
 
 
 class ImpossibleRateDetector:
-    """Detects impossible samples one by one, as `find_impossible_rates` does for a batch.
+    """Detector of impossible samples in a stream, as `find_impossible_rates` for a batch.
 
     A sample beyond the range is excluded at once. A possible spike is excluded until the next
     sample arrives; `revised` is then True if it was motion.
@@ -122,12 +122,12 @@ class ImpossibleRateDetector:
     limit, rate
         As in `find_impossible_rates`.
     scale
-        Factor of the rates into rad/s.
+        Factor from the rates to rad/s.
 
     Attributes
     ----------
     beyond_count, spike_count : int
-        Samples left out.
+        Numbers of excluded samples: beyond the range, and spikes.
     revised : bool
         After `take`: True if the previous sample was excluded as a spike but was motion.
 
@@ -155,7 +155,7 @@ class ImpossibleRateDetector:
 
     @property
     def undecided(self) -> bool:
-        """True if only the next sample shows that the last one is a spike."""
+        """True if the next sample decides about the last one."""
         return self._suspect is not None
 
     def take(self, rates: Sequence[float]) -> bool:
@@ -177,7 +177,7 @@ class ImpossibleRateDetector:
         self.spike_count -= self.revised
         beyond = size > self._limit
         spike = not beyond and self._spikes and _is_spike(size, self._size(self._last))
-        # An excluded sample has no information on the next.
+        # Do not compare the next sample with an excluded one.
         self._last = [math.nan] * 3 if beyond else rates
         self._suspect = size if spike else None
         self.beyond_count += beyond
@@ -189,7 +189,7 @@ class ImpossibleRateDetector:
         return self._scale * largest if sum(rates) == sum(rates) else math.nan
 
     def sentences(self) -> Iterator[str]:
-        """Yield the counts of samples that were left out."""
+        """Yield sentences with the numbers of excluded samples."""
         range_ = f"{math.degrees(self._limit):.6g} deg/s"
         for count, what in (
             (self.beyond_count, f"beyond the gyro's range of {range_}"),
@@ -199,7 +199,7 @@ class ImpossibleRateDetector:
                 yield f"rates left out as impossible: {count} {what}"
 
     def state(self) -> dict[str, Any]:
-        """Return the state, as JSON stores it."""
+        """Return the state for storage as JSON."""
         return dict(vars(self))
 
     def go_on(self, state: Mapping[str, Any]) -> None:

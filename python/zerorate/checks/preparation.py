@@ -1,7 +1,8 @@
-"""Preparation of a recording: contradictions are reported, certain ones corrected.
+"""Preparation of a recording: contradictions are reported, and certain errors corrected.
 
-Every task begins here, so that all tasks use the same data. The table `PREPARATIONS` has the steps,
-each with evidence, threshold, default and the option that changes it.
+Every task begins with the same preparation, so that all tasks use the same data. The table
+`PREPARATIONS` has the steps with evidence, threshold, default and the option that changes the
+default.
 """
 
 from __future__ import annotations
@@ -29,18 +30,18 @@ from zerorate.record.recording import Recording
 from zerorate.record.samples import partner_name
 
 Clipped: TypeAlias = Literal["auto", "restore", "leave"]
-"""Treatments of rates that a gyro clipped at its range."""
+"""Treatments of clipped rates."""
 
 
 class Remark(NamedTuple):
-    """Sentence of one check.
+    """Remark of one check.
 
     Attributes
     ----------
     check : str
-        Name of its row in `PREPARATIONS`.
+        Name of the check in `PREPARATIONS`.
     text : str
-        Observation, or the correction made.
+        Sentence on the observation or the correction.
     alarm : bool
         True for a contradiction, False for a note.
     """
@@ -52,16 +53,16 @@ class Remark(NamedTuple):
 
 @dataclass(frozen=True)
 class PreparedRecording:
-    """A recording that is ready for a task.
+    """Recording that is ready for a task.
 
     Attributes
     ----------
     recording : Recording
-        The corrected recording; its notes list the corrections.
+        Corrected recording; its notes list the corrections.
     remarks : tuple of Remark
-        Remarks of the checks, in the order of the table.
+        Remarks of the checks, in the order of `PREPARATIONS`.
     gyro_fix : Finding or None
-        Correction of the gyro's unit and axes; other data of this gyro need the same.
+        Correction of the gyro's unit and axes. Other data of this gyro need the same correction.
     """
 
     recording: Recording
@@ -74,7 +75,7 @@ class PreparedRecording:
         return self.alarms_except()
 
     def alarms_except(self, *checks: str) -> tuple[str, ...]:
-        """Return the alarms of all checks except those named."""
+        """Return the alarms of all checks except the named checks."""
         source = self.recording.source
         return tuple(
             make_sentence(f"{source}: ", remark.text)
@@ -90,22 +91,22 @@ class Choices:
     Attributes
     ----------
     gyro : str
-        Name of the gyro that the task uses; its magnetometer is that of its device.
+        Name of the gyro that the task uses. The magnetometer of the same device is used.
     accel : str, optional
-        Name of the accelerometer; default that of the gyro's device.
+        Name of the accelerometer. Default: the accelerometer of the gyro's device.
     fix : bool
-        Correct a unit or axes of the gyro that the motion contradicts.
+        Correct a unit or axes of the gyro if motion contradicts them.
     clipped : {"auto", "restore", "leave", "tell"}
         Treatment of clipped rates. "tell": an alarm, for tasks that use rates as measured.
     gravity : bool
-        The task needs gravity: raise an error if it is absent.
+        True if the task needs gravity: an error is raised if gravity is absent.
     bias_limit : float, optional
-        Largest bias of this gyro, rad/s, if the user states it: a steady rate up to it is no
-        contradiction.
+        Largest bias of this gyro, rad/s, if the user states it. A steady rate up to this limit is
+        not a contradiction.
     correct : callable, optional
         Function that removes known errors from a recording, such as `zerorate.Calibration.apply`.
     skip : tuple of str
-        Names of steps that the task makes itself.
+        Names of steps that the task performs itself.
     """
 
     gyro: str = "gyro"
@@ -127,7 +128,7 @@ class Choices:
 
 
 class Step(NamedTuple):
-    """Result of a step: the recording, alarms, and notes on the changes.
+    """Result of a step: recording, alarms and notes on the changes.
 
     `gyro_fix` is the correction of the gyro.
     """
@@ -139,20 +140,20 @@ class Step(NamedTuple):
 
 
 class Preparation(NamedTuple):
-    """A row of the table: one check, its evidence and its consequence.
+    """Row of the table: a check with its evidence and consequence.
 
     Attributes
     ----------
     name : str
-        Of the check.
+        Name of the check.
     evidence, threshold : str
         Evidence and threshold, with the reason.
     default, option : str
         Default action, and the argument that changes it.
     step : callable or None
-        Function of the step; None for a check of fixes, which `prepare_fixes` makes.
+        Function of the step. None for a check of fixes, which `prepare_fixes` performs.
     used_by : str
-        Tasks that make the step.
+        Tasks that perform the step.
     """
 
     name: str
@@ -170,19 +171,19 @@ def prepare(recording: Recording, choices: Choices | None = None) -> PreparedRec
     Parameters
     ----------
     recording : Recording
-        As it was read.
+        Recording as read from a file.
     choices : Choices, optional
         Choices of the task and its user.
 
     Returns
     -------
     Prepared
-        The recording and its contradictions.
+        Recording and its contradictions.
 
     Raises
     ------
     LogError
-        If a task that needs gravity gets acceleration without it.
+        If a task needs gravity and the acceleration lacks it.
 
     Examples
     --------
@@ -211,7 +212,7 @@ def prepare(recording: Recording, choices: Choices | None = None) -> PreparedRec
 
 
 def prepare_fixes(fixes: Fixes) -> Fixes:
-    """Return the fixes without repeated and isolated wrong ones, and notes on those."""
+    """Return the fixes without repeated and isolated fixes, and notes on the excluded ones."""
     return drop_spikes(drop_held_fixes(fixes)[0])
 
 
@@ -249,8 +250,8 @@ def _fix_axes(recording: Recording, choices: Choices) -> Step:
 def check_axes(
     recording: Recording, gyro: str, accel: str | None = None, *, scale: bool = True
 ) -> Checks:
-    """Return the result of `zerorate.check`: units and axes, by motion."""
-    # Clipped rates, restored or not, may fit wrong axes better than the correct ones.
+    """Return the check of units and axes by motion (`zerorate.check`)."""
+    # Clipped or restored rates may fit wrong axes better than the correct axes.
     whole, sides = restore_recording(recording, gyro=gyro, certain=False)
     if sides:
         rates = recording[gyro]
@@ -263,7 +264,7 @@ def check_axes(
 def find_steady_rate(recording: Recording, gyro: str, accel: str) -> SteadyRate | None:
     """Return a gyro's steady rate without motion, None if there is none.
 
-    This finding replaces that on unit and axes, which only motion shows.
+    It replaces the finding on unit and axes, which needs motion.
     """
     rates, forces = recording.get(gyro), recording.get(accel)
     return None if rates is None or forces is None else detect_steady_rate(rates, forces)
@@ -337,7 +338,7 @@ GRAVITY: Final = "gravity absent"
 FROZEN: Final = "frozen magnetometer"
 AXES: Final = "units and axes"
 CLIPPED: Final = "clipped rates"
-"""Names of checks that a task makes or reports itself."""
+"""Names of checks that a task performs or reports itself."""
 
 AS_MEASURED_CHOICES: Final = Choices(clipped="tell", skip=(GRAVITY,))
 """Choices of the tasks on noise and bias: clipped rates stay, gravity is not needed."""
@@ -440,4 +441,4 @@ PREPARATIONS: Final = (
         "navigate, report",
     ),
 )
-"""The steps in order: each checks the recording as corrected by the earlier steps."""
+"""Steps in order; each checks the recording as corrected by the earlier steps."""

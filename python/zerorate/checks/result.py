@@ -22,38 +22,40 @@ _VERSION: Final = 1
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """Finding on the unit and the axes of one sensor, from motion.
+    """Finding on the unit and axes of one sensor, from motion.
 
     Parameters
     ----------
     sensor : str
-        Name of the log, ``"gyro"`` for instance.
+        Name of the log, for instance ``"gyro"``.
     status : str
-        ``"agrees"``: no other hypothesis fits. ``"partly seen"``: nothing contradicts the log, and
-        some axis is confirmed. ``"cannot tell"``: the motion does not decide. ``"doubt"``: another
-        hypothesis fits better, but not clearly enough to name it. ``"mistake"``: another one fits,
-        beyond doubt. ``"unit only"``: another unit fits, with undecided axes.
+        - ``"agrees"``: the log's unit and axes fit, and no other hypothesis does.
+        - ``"partly seen"``: nothing contradicts the log, and some axes are confirmed.
+        - ``"cannot tell"``: the motion does not decide.
+        - ``"doubt"``: another hypothesis fits better, but not clearly enough to name it.
+        - ``"mistake"``: another hypothesis certainly fits.
+        - ``"unit only"``: another unit fits, and the axes are undecided.
     text : str
-        A sentence.
+        Sentence on the result.
     unit : str
-        Unit of the values; that of the log unless it is mistaken.
+        Unit of the values: the log's unit, or the correct unit if the log's is wrong.
     factor : float
-        Factor of the values into that unit.
+        Factor from the values to this unit.
     matrix : ndarray, shape (3, 3), or None
-        The axes that fit, ``matrix @ sample``, a signed permutation; None unless a single one
+        Correct axes as a signed permutation, ``matrix @ sample``. None if more than one permutation
         remains.
     likely : str
-        The permutation that fits with the fewest mistakes, as a user types it: ``"x,-y,z"``. Empty
-        if none is named.
+        Fitting permutation with the fewest mistakes, in the form that users type: ``"x,-y,z"``.
+        Empty if none is named.
     alternatives : tuple of str
-        All remaining permutations, unless all remain.
+        All remaining permutations; empty if all 48 remain.
     seen : tuple of (str or None)
-        Common rows of all remaining permutations, an axis each: ``"-y"``, ``"±y"`` without the
-        sign, None.
+        Common rows of all remaining permutations, one for each axis: ``"-y"``, or ``"±y"`` without
+        the sign, or None.
     spans : tuple of (float, float)
-        Start and end of the spans with evidence, s.
+        Start and end of the time spans with evidence, s.
     ratio : float
-        Ratio of the misfit of the log as it is to that of the named axes; 1 if none is named.
+        Misfit of the unchanged log over the misfit of the named axes; 1 if none are named.
 
     Examples
     --------
@@ -88,7 +90,7 @@ class Finding:
         return self.alarm and (self.matrix is not None or self.status == "unit only")
 
     def apply(self, log: Log) -> Log:
-        """Return the corrected log, with a note; the log itself if the correction is not known."""
+        """Return the corrected log with a note; the log itself if the correction is unknown."""
         if not self.exact:
             return log
         data = log.data * self.factor
@@ -112,23 +114,23 @@ class Checks(Result):
     Parameters
     ----------
     gyro, magnetometer : Finding
-        Finding on the gyro compared with the accelerometer, and on the magnetometer compared with
-        the gyro.
+        Findings: the gyro compared with the accelerometer, and the magnetometer compared with the
+        gyro.
     scale : tuple of Coefficient
-        Scale of x, y and z of the gyro: 1.01 if it reads 1 % too little; not identifiable if the
-        motion does not determine it to 3 %, or the gyro does not fit.
+        Scale of x, y and z of the gyro: 1.01 if it reads 1 % too little. Not identifiable if its
+        error exceeds 3 %, or the gyro does not fit.
     delay : Coefficient
-        Delay of the gyro behind the accelerometer, s; not identifiable if the motion does not
-        determine it to 15 ms.
+        Delay of the gyro behind the accelerometer, s. Not identifiable if its error exceeds 15 ms.
     dip : float or None
-        Angle of the magnetic field below the level, rad; None without a magnetometer. A negative
-        dip is one south of the magnetic equator, or a wrong sign: motion cannot decide.
+        Angle of the magnetic field below the horizontal, rad; None without a magnetometer. A
+        negative dip occurs south of the magnetic equator, or with a wrong sign: motion cannot
+        decide.
     source : str
         Name of the recording.
     notes : tuple of str
-        Sentences on values whose size suggests another unit.
+        Sentences on values with the size of another unit.
     clock : str
-        A sentence if the stamps contradict the stated rate; "" if they agree to 0.1 %.
+        Sentence if the stamps contradict the stated rate; empty if they agree to 0.1 %.
 
     Examples
     --------
@@ -156,8 +158,8 @@ class Checks(Result):
     def apply(self, recording: Recording) -> Recording:
         """Return the recording with the gyro's unit and axes corrected, if the correction is known.
 
-        The gyro's log gets a note. The magnetometer stays unchanged: no motion shows its overall
-        sign.
+        The gyro's log gets a note. The magnetometer stays unchanged, because no motion shows its
+        overall sign.
         """
         if not self.gyro.exact:
             return recording
@@ -165,7 +167,7 @@ class Checks(Result):
         return replace(recording, logs={**recording, name: self.gyro.apply(recording[name])})
 
     def to_json(self) -> str:
-        """Return all of it as JSON, null where a number is not known."""
+        """Return all results as JSON, null for unknown numbers."""
         content = {
             "format": _FORMAT,
             "version": _VERSION,

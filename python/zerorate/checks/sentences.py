@@ -40,7 +40,7 @@ def _describe_signs(sensor: str, other: str, negative: Integers) -> str:
 
 
 def describe_accel_axes(accel: Floats) -> str:
-    """Return the accelerometer's axes that would explain the mismatch instead of the gyro's."""
+    """Return axes of the accelerometer that would explain the mismatch in place of the gyro's."""
     columns = np.abs(accel).argmax(axis=1)
     negative = np.flatnonzero(accel.sum(axis=1) < 0.0)
     if (columns == np.arange(3)).all() and len(negative) == 1:

@@ -1,4 +1,4 @@
-"""Isolated fixes, far off the line between the fixes before and after."""
+"""Detection of isolated fixes, far from the line between the fixes before and after."""
 
 from __future__ import annotations
 
@@ -14,22 +14,25 @@ from zerorate.types import Booleans, Floats
 
 _SIGMAS: Final = 6.0
 _MEDIANS: Final = 8.0
-"""Distance from that line, in standard deviations and in medians, above which a fix is wrong."""
+"""Distance from this line, in medians of the distance, above which a fix is wrong."""
 _NOISE_MEDIAN: Final = math.sqrt(2.0 * math.log(2.0))
 """Median of the distance of two axes, over the standard deviation of one."""
 _USUAL_SIGMAS: Final = (2.0, 0.1)
-"""Standard deviations assumed if the receiver states none: positions, m, and velocities, m/s."""
+"""Standard deviations assumed if the receiver states none: of positions, m, and of velocities."""
 _MIN_COUNT: Final = 10
 _MAX_PASSES: Final = 4
 _LINE_FACTOR: Final = math.sqrt(1.5)
-"""Standard deviation of a point minus the mean of its neighbours, over that of the point."""
+"""Standard deviation of a point minus the mean of its neighbours, over the point's own."""
 
 
 def find_spikes(fixes: Fixes) -> tuple[Booleans, Booleans]:
     """Return the masks of isolated positions and isolated velocities, shape (m,) each.
 
-    A fix is isolated if its distance from the line between its neighbours exceeds six standard
-    deviations, eight medians of the distance that motion causes, and the neighbours' own distances.
+    A fix is isolated if its distance from the line between its neighbours exceeds three limits:
+
+    - six standard deviations;
+    - eight medians of the distance that motion causes;
+    - the neighbours' own distances.
     """
     position = fixes.position
     known = np.isfinite(position[:, :2]).all(axis=1)
@@ -49,7 +52,7 @@ def find_spikes(fixes: Fixes) -> tuple[Booleans, Booleans]:
 
 
 def drop_spikes(fixes: Fixes) -> Fixes:
-    """Return fixes without isolated positions, if the receiver has no velocities.
+    """Return the fixes without isolated positions, if the receiver has no velocities.
 
     Without velocities a filter follows the first isolated position and then rejects correct fixes.
     """
@@ -88,13 +91,13 @@ def _horizontal(sigma: Floats | None, usual: float, n: int) -> Floats:
 
 
 def _spikes(time: Floats, values: Floats, sigma: Floats) -> Booleans:
-    """Return the mask of values, shape (m, 2), off the line between their neighbours."""
+    """Return the mask of values, shape (m, 2), away from the line between their neighbours."""
     spikes = np.zeros(len(time), dtype=np.bool_)
     known = np.flatnonzero(np.isfinite(values).all(axis=1))
     if len(known) < _MIN_COUNT:
         return spikes
     for _ in range(_MAX_PASSES):
-        # Of two adjacent outliers only the farther one is isolated at first.
+        # Of two adjacent outliers, the first pass finds only the one with the larger distance.
         far = _peaks(time[known], values[known], sigma[known])
         spikes[known[far]] = True
         known = known[~far]
@@ -104,11 +107,11 @@ def _spikes(time: Floats, values: Floats, sigma: Floats) -> Booleans:
 
 
 def _peaks(t: Floats, x: Floats, sigma: Floats) -> Booleans:
-    """Return the mask of points off the line between their neighbours by more than these are."""
+    """Return the mask of points farther from their neighbours' line than the neighbours."""
     part = ((t[1:-1] - t[:-2]) / (t[2:] - t[:-2]))[:, np.newaxis]
     off = np.linalg.norm(x[1:-1] - (1.0 - part) * x[:-2] - part * x[2:], axis=1)
     noise = _LINE_FACTOR * sigma[1:-1]
-    # The median without its noise comes from the vehicle's turns and stops.
+    # The median minus its noise is the part from the vehicle's turns and stops.
     motion = math.sqrt(max(0.0, np.median(off) ** 2 - (_NOISE_MEDIAN * np.median(noise)) ** 2))
     limit = np.hypot(_SIGMAS * noise, _MEDIANS * motion)
     around = np.concatenate([[0.0], off, [0.0]])

@@ -1,4 +1,4 @@
-"""A gyro that shows a steady rate while its accelerometer shows no motion."""
+"""Detection of a steady gyro rate while the accelerometer shows no motion."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
 _MIN_RATE_RAD_S: Final = math.radians(10.0)
-"""Largest rate that filters accept as a bias."""
+"""Largest rate that filters accept as a bias, rad/s."""
 _MAX_RATE_CHANGE_RAD_S: Final = math.radians(1.0)
 _MAX_FORCE_CHANGE_M_S2: Final = 0.15
-"""Largest change of the mean force of a second, m/s^2, for a tilt below a degree."""
+"""Largest change of the second means of force, m/s^2, for a tilt below a degree."""
 _MIN_SECONDS: Final = 5
 
 
 class SteadyRate(NamedTuple):
-    """A rate that only the gyro shows: its size, rad/s, and a sentence."""
+    """Rate that only the gyro shows: its size, rad/s, and a sentence."""
 
     size: float
     text: str
@@ -30,13 +30,13 @@ class SteadyRate(NamedTuple):
 def detect_steady_rate(gyro: Log, accel: Log) -> SteadyRate | None:
     """Return a rate above 10 deg/s that only the gyro shows; None without one.
 
-    It is a bias, or a rotation about the vertical, which no accelerometer shows. Units are not
-    tested here: they are checked from motion.
+    It is a bias, or a rotation about the vertical, which no accelerometer shows. `check` tests
+    units, from motion.
 
     Parameters
     ----------
     gyro, accel : Log
-        Sensors of three axes in known units; else the result is None.
+        Sensors of three axes in known units; otherwise the result is None.
     """
     rates, forces = (
         _second_means(gyro, "rate", "rad/s"),
@@ -67,13 +67,13 @@ def _cause(rate: Floats, forces: Floats) -> str:
 
 
 def bias_limit_advice(size: float) -> Argument:
-    """Return the argument that declares a rate of this size, rad/s, a bias."""
+    """Return the argument that declares a rate of this size, rad/s, as a bias."""
     limit = math.ceil(math.degrees(size) * 1.2 / 5.0) * 5
     return keyword_argument("bias_limit", str(limit), f"bias_limit=math.radians({limit})")
 
 
 def _second_means(log: Log, kind: str, unit: str) -> Floats:
-    """Return the means of whole seconds, shape (k, 3), in SI; none for an unknown unit."""
+    """Return the means of whole seconds, shape (k, 3), in SI; empty for an unknown unit."""
     if log.channels != 3 or log.unit not in UNITS or UNITS[log.unit].kind != kind:
         return np.empty((0, 3))
     length = max(round(log.rate), 1)

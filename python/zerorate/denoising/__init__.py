@@ -1,4 +1,4 @@
-"""Denoising of records: details no larger than noise are removed."""
+"""Denoising of records: small details are removed."""
 
 from zerorate.denoising.wavelet import Denoised, denoise
 

@@ -23,7 +23,7 @@ class Denoised(OneArray, Result):
     Attributes
     ----------
     signal : ndarray, shape (n,) or (n, k)
-        The record, in its own unit.
+        Denoised record, in the unit of the samples.
     level : int or ndarray, shape (k,)
         Last thresholded level of each column.
     sigma : float or ndarray, shape (k,)
@@ -63,53 +63,52 @@ def denoise(
     *,
     rho: float | None = None,
 ) -> Denoised:
-    """Denoise a whole record: remove the details that are no larger than noise.
+    """Denoise a whole record: remove details below a noise threshold.
 
     A filter bank splits the record into octaves, the finest first. White noise is equally strong in
-    all octaves, slow motion appears in the coarse ones only. Details smaller than sigma sqrt(2 ln
-    n), which noise alone hardly reaches, become zero (VisuShrink), and the signal is reconstructed.
-    There is no delay, since later samples are used, too. `WaveletDenoiser` denoises while samples
-    arrive.
+    all octaves. Slow motion appears only in the coarse octaves. Noise alone hardly reaches the
+    threshold sigma sqrt(2 ln n). Smaller details become zero (VisuShrink), and the signal is
+    reconstructed. There is no delay, because later samples are used. `WaveletDenoiser` denoises a
+    stream of samples.
 
     Parameters
     ----------
     z : array_like, shape (n,) or (n, k)
-        Samples in any unit, none missing. Columns are denoised separately.
+        Samples in any unit, without missing samples. Columns are denoised separately.
     wavelet : {"haar", "db2", "db4", "db8"}, default "db4"
         Daubechies' wavelet of 2, 4, 8 or 16 taps. Longer wavelets keep only smoother motion.
     level : int or {"auto", "psr", "psr-normalised"}, default "auto"
         Number of octaves to threshold; each halves the variance of white noise.
 
-        - "auto": the last level whose details match the noise of the first one in median
-          and root mean square. It stops where motion or coloured noise begins.
-        - "psr": the last level before the largest detail exceeds `rho` times the sum of all
+        - "auto": the last level with details that match the noise of the first level, in median and
+          root mean square. It stops where motion or coloured noise begins.
+        - "psr": the last level before the largest detail exceeds `rho` times the sum of all details
           (Wu and Ran). It depends more on the length of the record than on its content.
-        - "psr-normalised": this ratio over that of white noise.
+        - "psr-normalised": the same rule, with the ratio divided by the ratio of white noise.
     mode : {"soft", "hard"}, default "soft"
-        "soft" reduces details above the threshold by the threshold: smooth. "hard" leaves them
-        unchanged: it keeps the peaks of motion.
+        "soft" subtracts the threshold from details above it: the result is smooth. "hard" keeps
+        these details unchanged: the peaks of motion are kept.
     approximation : bool, default False
-        Threshold also the approximation below the last level, as Wu and Ran do. Slow drift and slow
-        motion then count as noise.
+        Also apply the threshold to the approximation below the last level, as Wu and Ran do. Slow
+        drift and slow motion then count as noise.
     rho : float, optional
-        Limit of the last two rules; default 0.05 for "psr", 1.5 for "psr-normalised".
+        Limit of the "psr" rules. Default: 0.05 for "psr", 1.5 for "psr-normalised".
 
     Returns
     -------
     Denoised
-        With `signal`, `level`, `sigma` and `threshold`.
+        Result with `signal`, `level`, `sigma` and `threshold`.
 
     Raises
     ------
     ValueError
-        If a sample is missing, the record is too short for the requested level or for any, or an
-        argument is not as described.
+        If a sample is missing, the record is too short, or an argument is not as described.
 
     Notes
     -----
     D. L. Donoho, I. M. Johnstone, Biometrika 81(3), 1994; J. Wu, C. Ran, Instrument Technique and
-    Sensor 2021(2), equation 10. Borders are half-point symmetric. A record with zero noise, such as
-    a constant, or a record in which most samples equal the one before, is returned unchanged.
+    Sensor 2021(2), equation 10. Borders are half-point symmetric. A record with zero noise is
+    returned unchanged: a constant, or a record in which most samples repeat the last value.
 
     Examples
     --------

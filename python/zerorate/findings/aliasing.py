@@ -1,4 +1,4 @@
-"""Aliased harmonics of a vibration, found by how their frequency follows its peak."""
+"""Detection of aliased harmonics of a vibration, by the change of their frequency with its peak."""
 
 from __future__ import annotations
 
@@ -10,45 +10,45 @@ import numpy as np
 from zerorate.types import Booleans, Floats, Integers
 
 _MIN_PEAK_RATIO: Final = 4.0
-"""Least ratio of a peak to the spectrum around it: 12 dB."""
+"""Smallest ratio of a peak to the spectrum around it: 12 dB."""
 _MIN_FREQUENCY_HZ: Final = 5.0
 """Frequency below which motion, not vibration, is expected, Hz."""
 _MIN_WINDOWS: Final = 12
-"""Fewest windows of a second for a finding."""
+"""Smallest number of windows of a second for a finding."""
 _MIN_PEAK_MOTION_HZ: Final = 1.5
-"""Least change of a peak's frequency, Hz; the source of a constant peak is unknown."""
+"""Smallest change of a peak's frequency, Hz; the source of a constant peak is unknown."""
 _MIN_SECTION_BINS: Final = 16
-"""Least number of bins for the median around a peak."""
+"""Smallest number of bins for the median around a peak."""
 _RESOLUTION_BINS: Final = 3.0
-"""Bins within which an aliased peak and a harmonic cannot be distinguished."""
+"""Distance in bins below which an aliased peak and a harmonic are indistinguishable."""
 _MAX_CHANCE: Final = 1e-6
 
 
 class AliasedHarmonic(NamedTuple):
-    """A harmonic k f₁ visible at |k f₁ − m f_s|: frequencies, Hz, amplitude and its error."""
+    """Harmonic k f₁ visible at |k f₁ − m f_s|: frequencies, Hz, amplitude and its error."""
 
     order: int
     fold: int
     peak: tuple[float, float]
-    """The middle 80 % of the frequencies of the peak f₁."""
+    """Middle 80 % of the frequencies of the peak f₁."""
     alias: tuple[float, float]
     amplitude: float
     sigma: float
 
 
 def find_aliased_harmonic(parts: Floats, rate: float) -> AliasedHarmonic | None:
-    """Return the largest aliased harmonic of the strongest peak, None if none is seen.
+    """Return the largest aliased harmonic of the strongest peak, None if there is none.
 
     The strongest peak of each window gives the aliased frequencies of its harmonics. A harmonic is
-    found if most windows have a peak at their own aliased frequency, and not at those of other
-    windows.
+    found if most windows have a peak at their own aliased frequency, but not at the aliased
+    frequencies of other windows.
 
     Parameters
     ----------
     parts : array of float64, shape (m, n, 3)
         One-second windows of an accelerometer, with n samples each.
     rate : float
-        Hz.
+        Sampling rate, Hz.
     """
     if len(parts) < _MIN_WINDOWS:
         return None
@@ -109,7 +109,7 @@ def _find_harmonic(
     for times in (0.5, 1.5, 2.0, 3.0, 4.0):
         other_bin = times * first
         has_other = _has_peak_at(stands, other_bin, 1)[other_bin < half]
-        if has_other.size and np.mean(has_other) > 0.5:  # else there is none to confuse it with
+        if has_other.size and np.mean(has_other) > 0.5:  # no other peaks to confuse
             usable &= np.abs(alias_bins - other_bin) > _RESOLUTION_BINS + width
     if np.count_nonzero(usable) < _MIN_WINDOWS:
         return None
@@ -135,7 +135,7 @@ def _find_harmonic(
     )
     if not _is_significant(hits, max(chance_share, 0.02)):
         return None
-    # Near the peak itself the amplitude would include the peak's.
+    # Near the peak itself, the amplitude would include the amplitude of the peak.
     clear = hits & (np.abs(alias_bins - first) > _RESOLUTION_BINS + width + 2)
     if np.count_nonzero(clear) < _MIN_WINDOWS // 2:
         return None

@@ -1,4 +1,4 @@
-"""Findings on attitude: inclination error when rests begin, and the log's own estimate."""
+"""Findings on attitude: inclination error at the start of rests, and the log's own estimate."""
 
 from __future__ import annotations
 
@@ -29,24 +29,27 @@ SECTION: Final = "Attitude"
 _CHUNK_ROWS: Final = 1 << 17
 _MIN_RATE_HZ: Final = 10.0
 _STEP_S: Final = 0.1
-"""Step of the estimated attitude, s: short, since a filter at rest corrects the attitude soon."""
+"""Step of the estimated attitude, s. It is short, because a filter corrects its attitude soon after
+a rest begins.
+"""
 _SETTLING_TIME_S: Final = 10.0
 """Time for which an attitude counts as settling, s."""
 _MAX_TILT_SIGMA_RAD: Final = math.radians(5.0)
 """Standard deviation of an inclination, rad, above which it is not trusted."""
 _MIN_REST_S: Final = 5.0
-"""Time in a rest before the log's own inclination is tested, s: it has to settle."""
+"""Time in a rest before the log's own inclination is tested, s, so that it can settle."""
 _MIN_ROWS: Final = 10
 _MIN_UNCLEAR_S: Final = 1.0
-"""Seconds of a rest that may be a rate table, for a finding."""
+"""Smallest duration of a possible rate table for a finding, s."""
 _SIGNIFICANCE_SIGMAS: Final = 3.0
-"""Error of an inclination, in its standard deviations, for a finding."""
+"""Inclination error for a finding, in its standard deviations."""
 
 
 class Course(NamedTuple):
-    """The upward direction in the sensor's axes at some times, with its sigma.
+    """Upward direction in the sensor's axes over time, with its standard deviation.
 
-    Shapes (m,), (m, 3), (m,), (m,) in rad, and (m,): True for a rest that may be a rate table.
+    The shapes are (m,), (m, 3), (m,), (m,) in rad, and (m,). The last is True for a rest that may
+    be a rate table.
     """
 
     times: Floats
@@ -80,7 +83,7 @@ def _estimate_course(recording: Recording, gyro: Sensor, accel: Sensor) -> Cours
     for first in range(0, gyro.log.n, size):
         part = slice(first, first + size)
         with warnings.catch_warnings():
-            # The warning is on a wrong gravity, which has a finding of its own.
+            # This warning concerns a wrong gravity, which has its own finding.
             warnings.simplefilter("ignore")
             trace = filter_.trace(
                 (gyro.factor or 1.0) * rates[part],
@@ -100,7 +103,7 @@ def _estimate_course(recording: Recording, gyro: Sensor, accel: Sensor) -> Cours
 
 
 def _align_samples(recording: Recording, gyro: Sensor, accel: Sensor) -> tuple[Floats, Floats]:
-    """Return the samples of both on the clock of the gyro, in their own units."""
+    """Return the samples of both sensors on the clock of the gyro, in their own units."""
     one, other = gyro.log, accel.log
     if one.n == other.n and np.array_equal(one.sampled, other.sampled):
         return one.data, other.data
@@ -127,13 +130,14 @@ def _check_arrivals(imu: Imu, accel: Sensor, course: Course) -> Iterator[Finding
     later = [rest for rest in imu.rests if BLOCK_S * rest.first > _SETTLING_TIME_S]
     if not later:
         return
-    # Gravity is measured well in the half-second before a rest, else the rest began later.
+    # In the half-second before a rest, gravity must be measured well: otherwise the rest began
+    # later.
     at = np.searchsorted(course.times, [BLOCK_S * rest.first for rest in later]) - 1
     forces = np.array([rest_mean(accel, rest)[0] for rest in later])
     off = _angles_between(course.up[at], forces / np.linalg.norm(forces, axis=1, keepdims=True))
     middle, worst = float(np.median(off)), int(np.argmax(off))
     sigma = _median_sigma(off)
-    # An error within the filter's own standard deviation is no fault of the sensors.
+    # An error within the filter's standard deviation is not a fault of the sensors.
     surely = float(np.median(off / np.degrees(course.tilt_sigma[at]))) > _SIGNIFICANCE_SIGMAS
     yield Finding(
         SECTION, "inclination", LIMITS["inclination"].severity(middle) if surely else "good",
@@ -146,7 +150,7 @@ def _check_arrivals(imu: Imu, accel: Sensor, course: Course) -> Iterator[Finding
 
 
 def _median_sigma(values: Floats) -> float | None:
-    """Return the standard error of a median, None of a single value."""
+    """Return the standard error of a median, None for a single value."""
     if len(values) < 2:
         return None
     return float(1.2533 * np.std(values, ddof=1) / math.sqrt(len(values)))
@@ -177,7 +181,7 @@ def _check_trust(gyro: Sensor, course: Course) -> Iterator[Finding]:
 
 
 def _check_unclear_rest(gyro: Sensor, course: Course) -> Iterator[Finding]:
-    """Yield a steady rate: a bias above the allowed limit, or a rate table."""
+    """Yield a steady rate: a bias above its limit, or a rate table."""
     seconds = _STEP_S * np.count_nonzero(course.unclear)
     if seconds < _MIN_UNCLEAR_S:
         return
@@ -217,7 +221,7 @@ class _LogVertical(NamedTuple):
 
 
 def _read_log_verticals(recording: Recording) -> Iterator[tuple[str, _LogVertical]]:
-    """Yield the orientations in the log: from a reference, or from PX4's estimator."""
+    """Yield the verticals of the log's orientations: of a reference, or of PX4's estimator."""
     start = start_time(recording)
     for log in recording.of_kind("reference"):
         if log.channels == 4 and (vertical := _vertical_of_log(log, start)) is not None:
@@ -239,7 +243,7 @@ def _vertical_of_log(log: Log, start: float) -> _LogVertical | None:
 def _check_log_inclination(
     name: str, imu: Imu, accel: Sensor, vertical: _LogVertical
 ) -> Iterator[Finding]:
-    """Yield the angle between the log's own vertical and gravity; vertical may be up or down."""
+    """Yield the angle between the log's own vertical, up or down, and gravity."""
     off, where = [], []
     for rest in imu.rests:
         times = BLOCK_S * np.arange(rest.first + 1, rest.last + 1)
@@ -264,7 +268,7 @@ def _check_log_inclination(
 
 
 def _angle_between_lines(one: Floats, other: Floats) -> Floats:
-    """Return the angle between two lines, deg: up and down count the same."""
+    """Return the angle between two lines, deg; opposite directions count as equal."""
     angle = _angles_between(one, other)
     return np.asarray(np.minimum(angle, 180.0 - angle))
 

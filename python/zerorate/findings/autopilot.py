@@ -23,7 +23,7 @@ _STATUS_TOPIC, _ESTIMATOR_TOPIC = "vehicle_imu_status", "estimator_status"
 _VIBE_TOPIC: Final = "VIBE"
 _FORMATS: Final = ("ulog", "dataflash", "dataflash text")
 _MIN_ROWS: Final = 5
-"""Fewest rows of a topic for a finding."""
+"""Smallest number of rows of a topic for a finding."""
 
 
 class TopicRows(NamedTuple):
@@ -40,7 +40,7 @@ def autopilot_findings(recording: Recording) -> Iterator[Finding]:
 
 
 def rows_of(recording: Recording, topics: tuple[str, ...]) -> Iterator[tuple[str, TopicRows]]:
-    """Yield the rows of topics whose name starts with a prefix; the log is opened again."""
+    """Yield the rows of topics with a name prefix; the log is opened again."""
     if all(log.meta.get("format") not in _FORMATS for log in recording.values()):
         return
     start = start_time(recording)
@@ -53,7 +53,7 @@ def rows_of(recording: Recording, topics: tuple[str, ...]) -> Iterator[tuple[str
 
 
 def _read_rows(columns: TableColumns, start: float) -> TopicRows | None:
-    """Return the rows of a topic, None where there are too few."""
+    """Return the rows of a topic, None if there are too few."""
     numbers = dict(columns)
     times = 1e-6 * numbers.pop("timestamp_us").astype(np.float64) - start
     if len(times) < _MIN_ROWS:
@@ -129,7 +129,7 @@ def _check_clips(name: str, sensor: str, counts: Floats, times: Floats) -> Findi
 
 
 def _spans_where(times: Floats, where: Booleans) -> Spans:
-    """Return first and last rows of runs in which a mask is True."""
+    """Return the first and last rows of runs with a True mask."""
     return tuple(
         (round(float(times[a]), 3), round(float(times[b - 1]), 3)) for a, b in runs(where).tolist()
     )

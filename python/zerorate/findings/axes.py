@@ -1,4 +1,4 @@
-"""Units, signs and axes that motion contradicts, and the scale of the gyro: `zerorate.check`."""
+"""Findings on units, signs and axes, and on the scale of the gyro, from `zerorate.check`."""
 
 from __future__ import annotations
 

@@ -27,14 +27,14 @@ VERDICTS: Final[tuple[Verdict, ...]] = (
 _FORMAT: Final = "zerorate report comparison"
 _VERSION: Final = 1
 _SIGNIFICANCE_SIGMAS: Final = 3.0
-"""Standard errors beyond which two numbers differ."""
+"""Difference of two numbers, in standard errors, that counts as a change."""
 _EXCLUDED_SECTIONS: Final = (CONTENTS, ENTER, RECORD)
 """Sections without findings on the sensors' state."""
 
 
 @dataclass(frozen=True)
 class Change:
-    """One kind of finding on one sensor in two logs; one log may lack it.
+    """Findings of one kind on one sensor in two logs; one log may lack it.
 
     Parameters
     ----------
@@ -55,14 +55,14 @@ class Change:
 
     @property
     def finding(self) -> Finding:
-        """The finding in the later log, or else in the earlier one."""
+        """Finding in the later log, or else in the earlier log."""
         finding = self.after or self.before
         assert finding is not None
         return finding
 
     @property
     def difference(self) -> tuple[float, float] | None:
-        """After minus before, and its standard error; None if either is not known."""
+        """After minus before, and its standard error; None if either is unknown."""
         before, after = self.before, self.after
         if before is None or after is None or before.unit != after.unit:
             return None
@@ -74,7 +74,7 @@ class Change:
 
     @property
     def verdict(self) -> Verdict:
-        """Verdict on the change: by its severity first, then by its number beyond three sigma."""
+        """Verdict on the change: by severity, then by a change above three standard errors."""
         before, after = self.before, self.after
         if before is None:
             return "only after" if self.finding.severity == "good" else "new"
@@ -149,7 +149,7 @@ class BeforeAfter(Result):
         return f"{', '.join(counts_text)}." if counts_text else "Nothing to compare."
 
     def to_json(self) -> str:
-        """Return all changes as JSON, null where a log has no such finding."""
+        """Return all changes as JSON, null if a log lacks the finding."""
         content = {
             "format": _FORMAT,
             "version": _VERSION,
@@ -162,7 +162,7 @@ class BeforeAfter(Result):
         return as_json(content, indent=1)
 
     def to_html(self) -> str:
-        """Return the page: one HTML document that needs no network and no other file."""
+        """Return an HTML document that needs no network and no other file."""
         from zerorate.views import page_of
 
         return page_of(self)
@@ -171,8 +171,8 @@ class BeforeAfter(Result):
 def before_after(before: Report, after: Report) -> BeforeAfter:
     """Compare two reports, for example before and after a change of a device.
 
-    Findings of one kind on one sensor belong together. Two numbers differ if both have a standard
-    error and their difference exceeds three of them.
+    Findings of one kind on one sensor are compared. Two numbers differ if both have a standard
+    error and their difference exceeds three standard errors.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The clock of a log: rate, jitter, late and repeated stamps, gaps and their cost."""
+"""Findings on the clock of a log: rate, jitter, late and repeated stamps, gaps and their errors."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from zerorate.types import Booleans, Floats, Integers
 
 SECTION: Final = "The clock"
 _TRIALS_PER_GAP: Final = 40
-"""Simulated gaps near a gap, to estimate its cost."""
+"""Number of simulated gaps near a gap, to estimate its error."""
 _TRIAL_RANGE_GAPS: Final = 4
-"""Distance of simulated gaps from the gap, in lengths of the gap."""
+"""Largest distance of simulated gaps from a gap, in lengths of the gap."""
 _MAX_GAPS: Final = 500
-"""Approximate number of gaps examined if there are very many."""
+"""Approximate largest number of examined gaps."""
 _MIN_LATE_STAMPS: Final = 3
 _SLOW_RATE_HZ: Final = 50.0
 
@@ -53,7 +53,7 @@ def _check_rate(sensor: Sensor, report: object) -> Iterator[Finding]:
         )
         yield _make_finding(sensor, "no stamps", "look", text, 1.0)
         return
-    # Gaps, late and repeated stamps are findings of their own, below.
+    # Gaps, late stamps and repeated stamps have their own findings below.
     counted = replace(report, gap_count=0, missing_count=0, repeated_count=0)
     summary = counted.summary()
     summary = summary if counted == report else summary.replace("clock regular", "clock")
@@ -139,7 +139,8 @@ def _check_gaps(
     cost = math.degrees(sensor.factor * _gap_angle_error(sensor, firsts, lengths))
     text = f"{text_start}; a straight line over them is wrong by about {shorten(cost)} deg in all."
     severity = LIMITS["gaps"].severity(cost)
-    # A log so slow has a part of the sensor's samples: its losses say little of the sensor.
+    # A slow log contains only a part of the sensor's samples, so its losses say little about the
+    # sensor.
     severity = "look" if severity == "act" and sensor.log.rate < _SLOW_RATE_HZ else severity
     if RANKS[lost_severity] < RANKS[severity]:
         yield _make_finding(sensor, "lost samples", lost_severity, text, share, spans)
@@ -148,9 +149,10 @@ def _check_gaps(
 
 
 def _gap_angle_error(sensor: Sensor, firsts: Integers, lengths: Integers) -> float:
-    """Return the angle error of lines over gaps, from simulated gaps of equal length nearby.
+    """Return the angle error of linear interpolation over gaps, from simulated gaps nearby.
 
-    Squares are summed over the gaps; if there are very many, over a part of them, scaled up.
+    The squares are summed over the gaps. If there are very many gaps, a part is examined and the
+    sum is scaled up.
     """
     sampled_gaps = range(0, firsts.size, math.ceil(firsts.size / _MAX_GAPS))
     gap_errors = [_trial_errors(sensor, int(firsts[i]), int(lengths[i])) for i in sampled_gaps]
@@ -159,7 +161,7 @@ def _gap_angle_error(sensor: Sensor, firsts: Integers, lengths: Integers) -> flo
 
 
 def _trial_errors(sensor: Sensor, first: int, length: int) -> Floats:
-    """Return the errors of a straight line over gaps that begin near one, in the log's unit."""
+    """Return the errors of linear interpolation over simulated gaps, in the log's unit."""
     data, reach = sensor.log.data, max(_TRIAL_RANGE_GAPS * length, round(sensor.log.rate))
     low, high = max(1, first - reach), min(sensor.log.n - length - 1, first + reach)
     errors = []

@@ -23,15 +23,15 @@ from zerorate.types import Floats
 SECTION: Final = "What to enter"
 _MIN_RATE_HZ: Final = 50.0
 _MIN_POSES: Final = 6
-"""Rests that a calibration needs, in half as many directions."""
+"""Smallest number of rests for a calibration, in half as many directions."""
 _MAX_POSE_COSINE: Final = np.cos(np.radians(30.0))
 
 
 class LogModels(NamedTuple):
     """Models of a log for the settings of other programs.
 
-    Noise models of gyro and accelerometer, a calibration, and the reason if there is no
-    calibration; None, or empty, if unknown.
+    Noise models of gyro and accelerometer, a calibration, and the reason for a missing calibration.
+    Unknown models are None.
     """
 
     gyro: NoiseModel | None
@@ -80,7 +80,7 @@ def _fit_calibration(recording: Recording, imu: Imu) -> tuple[Calibration | None
 
 
 def _is_posed(imu: Imu) -> bool:
-    """Return True if rests have as many directions as a calibration needs."""
+    """Return True if rests have enough different directions for a calibration."""
     if imu.accel is None or len(imu.rests) < _MIN_POSES:
         return False
     directions: list[Floats] = []
@@ -93,7 +93,7 @@ def _is_posed(imu: Imu) -> bool:
 
 
 def settings_findings(imu: Imu, models: LogModels) -> Iterator[Finding]:
-    """Yield settings of each program, as lines of its files, where the log determines them."""
+    """Yield the settings that the log determines, as lines of each program's files."""
     longest = max(imu.rests, key=lambda rest: rest.seconds, default=None)
     static_spans = () if longest is None else rest_spans([longest])
     for program, write in _noise_files(imu, models).items():

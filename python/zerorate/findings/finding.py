@@ -22,25 +22,25 @@ class Finding:
     section : str
         Section of the report, such as ``"The clock"``.
     kind : str
-        Name of the finding's limit in ``LIMITS``; without a limit, a description.
+        Name of the finding's limit in ``LIMITS``, or a description if it has no limit.
     severity : str
-        ``"good"``, ``"look"`` or ``"act"``.
+        ``"good"``, ``"look"`` (worth a look) or ``"act"`` (requires action).
     text : str
         The observation in one sentence, without its cause.
     value : float, optional
-        Number behind the finding; never NaN.
+        Number that the severity depends on; never NaN.
     unit : str
         Unit of the number.
     sigma : float, optional
         Standard error of the number; None if unknown.
     spans : tuple of (float, float)
-        Time spans of its data, s since the log began.
+        Time spans of the finding's data, s since the log began.
     figure : str
-        Anchor of the figure that shows the finding; empty for none.
+        Anchor of the figure that shows the finding; empty if there is none.
     advice : str
-        What to do, or what to record next; empty for nothing.
+        Advice on what to do or record next; empty if there is none.
     code : str
-        Lines to enter into another program's file; empty for none.
+        Lines for a file of another program; empty if there are none.
 
     Examples
     --------
@@ -69,7 +69,7 @@ def count_noun(count: int, noun: str) -> str:
 
 
 def as_sentence(text: str) -> str:
-    """Return a text with a capital and a full stop; the arguments that it names stay arguments."""
+    """Return a text with a capital and a full stop; names of arguments stay unchanged."""
     first, *rest = getattr(text, "parts", (text,))
     return make_sentence(
         first[0].upper() + first[1:] if isinstance(first, str) else first, *rest, "."

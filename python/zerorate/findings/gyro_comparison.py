@@ -14,33 +14,33 @@ _CELL_S: Final = 0.04
 """Length of the compared mean rates, s; longer at low sample rates."""
 _WINDOW_S: Final = 20.0
 _MAX_WINDOWS: Final = 90
-"""Number of windows with the most rotation that are compared: half an hour."""
+"""Number of compared windows, those with the most rotation: half an hour."""
 _MAX_DELAY_S: Final = 0.5
 """Largest delay of the search, s."""
 _JACKKNIFE_PARTS: Final = 12
 """Number of parts of equal evidence for the jackknife of the errors."""
 _MIN_CELLS: Final = 200
 MIN_CORRELATION: Final = 0.95
-"""Least correlation of two gyros on one body."""
+"""Smallest correlation of two gyros on one body."""
 _MAX_GAP_PERIODS: Final = 3.5
-"""Length of a gap over which gyros are not compared, in periods."""
+"""Length of a gap, in sampling periods, above which gyros are not compared."""
 _CLIPPING_FRACTION: Final = 0.995
-"""Fraction of an axis's largest rate above which a sample may be clipped."""
+"""Share of an axis' largest rate above which a sample may be clipped."""
 _MAX_ITERATIONS: Final = 20
 _DELAY_TOLERANCE_S: Final = 1e-5
-"""Step of the delay at which the search ends, s."""
+"""Step of the delay below which the search ends, s."""
 
 
 class GyroDifference(NamedTuple):
     """Difference of a second gyro from a first.
 
-    The rate of the first gyro at t is the rate of the second at t + delay, rotated by `matrix` and
-    multiplied by `scale` along the axes of the first. Sigmas are infinite if rotations do not
-    determine them.
+    To get the rate of the first gyro at t, take the rate of the second gyro at t + delay. Rotate it
+    by `matrix` and multiply it by `scale` along the axes of the first gyro. Standard errors are
+    infinite if rotations do not determine the quantity.
     """
 
     correlation: float
-    """Correlation of the two after correction; below 0.95 they are not on one body."""
+    """Correlation of both gyros after correction; below 0.95 they are not on one body."""
     delay: float
     delay_sigma: float
     matrix: Floats
@@ -49,7 +49,7 @@ class GyroDifference(NamedTuple):
     scale: Floats
     scale_sigma: Floats
     scatter: float
-    """RMS of the remaining difference of a cell, rad/s."""
+    """RMS of the remaining difference of the cell means, rad/s."""
 
 
 class _Cells(NamedTuple):
@@ -61,7 +61,7 @@ class _Cells(NamedTuple):
 
 
 class _GyroIntegral:
-    """Integral of a gyro: a piecewise cubic whose derivative equals the samples."""
+    """Integral of a gyro: a piecewise cubic with the samples as derivative."""
 
     def __init__(self, sensor: Sensor) -> None:
         increasing = np.append(True, np.diff(sensor.log.sampled) > 0.0)
@@ -75,7 +75,7 @@ class _GyroIntegral:
         values = np.where(known[:, np.newaxis], self.rate, 0.0)
         steps = np.diff(self.time)[:, np.newaxis]
         slopes = np.gradient(values, self.time, axis=0)
-        # The trapezoid with its end correction: as exact as a cubic.
+        # The trapezoid rule with its end correction is exact for cubics.
         parts = 0.5 * steps * (values[1:] + values[:-1]) - steps**2 / 12.0 * np.diff(slopes, axis=0)
         self.values = values
         self.angle = np.concatenate([np.zeros((1, 3)), np.cumsum(parts, axis=0)])
@@ -106,10 +106,10 @@ class _GyroIntegral:
 def compare_gyros(first: Sensor, second: Sensor) -> GyroDifference | None:
     """Return the difference of a gyro from another; None if there is too little rotation.
 
-    Mean rates over cells of 0.04 s, by integrals of both, follow a linear model of nine numbers, a
-    bias and a delay (Gauss-Newton); its polar decomposition is rotation and scale. Standard errors
-    come from a jackknife over twelve parts of equal evidence, which is also valid for coloured
-    noise. They include the noise of the first gyro, which makes scales look small.
+    Mean rates over cells of 0.04 s follow from integrals of both gyros. Gauss-Newton fits a linear
+    map of nine elements, a bias and a delay. The polar decomposition of the map gives rotation and
+    scale. Standard errors come from a jackknife over twelve parts of equal evidence, which is valid
+    for coloured noise. They include the noise of the first gyro, which reduces estimated scales.
     """
     mine, its = _GyroIntegral(first), _GyroIntegral(second)
     cells = _select_cells(first, mine, its)
@@ -128,7 +128,7 @@ def compare_gyros(first: Sensor, second: Sensor) -> GyroDifference | None:
             break
         delay += step
     difference = _estimate_difference(usable_cells.rates, rates, changes @ linear.T, delay)
-    # Without a best delay the two gyros may be on two bodies.
+    # If no delay is best, the gyros may be on different bodies.
     return (
         difference if abs(step) < _DELAY_TOLERANCE_S else difference._replace(delay_sigma=math.inf)
     )
@@ -164,9 +164,9 @@ def _mean_rates_at_delay(cells: _Cells, its: _GyroIntegral, delay: float) -> tup
 
 
 def _search_delay(cells: _Cells, its: _GyroIntegral) -> float:
-    """Return the delay, to one cell, at which a linear map of the second gyro fits the first best.
+    """Return the delay, to one cell, with the best linear map from the second gyro to the first.
 
-    The norms of the rates cannot be used: they include the bias.
+    Norms of the rates cannot be compared, because they include the bias.
     """
     length = float(cells.high[0] - cells.low[0])
     count = round(_MAX_DELAY_S / length)
@@ -214,7 +214,7 @@ def _solve_step(mine: Floats, its: Floats, delay_slopes: Floats) -> tuple[float,
 
 
 def _split_polar(linear: Floats) -> tuple[Floats, Floats]:
-    """Return the rotation nearest to a linear map, and its scale along the first gyro's axes."""
+    """Return the nearest rotation of a linear map, and its scale along the first gyro's axes."""
     left, sizes, right = np.linalg.svd(linear)
     sign = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right)) or 1.0])
     stretch = (left * sizes) @ left.T
@@ -242,7 +242,7 @@ def _estimate_difference(
         turn, stretch = _split_polar(partial_map)
         numbers.append(np.concatenate([[step_change], _rotation_vector(turn @ matrix.T), stretch]))
     spread = np.std(numbers, axis=0) * math.sqrt(_JACKKNIFE_PARTS - 1.0)
-    # Noise of the first gyro reduces the fitted scale, by at most this.
+    # Largest reduction of the fitted scale by noise of the first gyro.
     attenuation = (
         0.5
         * float(np.mean(np.square(residual)))

@@ -1,4 +1,4 @@
-"""The IMUs of a recording: their gyro and accelerometer in SI, in blocks of half a second."""
+"""IMUs of a recording: their gyro and accelerometer in SI, in blocks of half a second."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from zerorate.units import UNITS, convert
 Number = TypeVar("Number", np.float64, np.int32)
 GRAVITY_M_S2: Final = 9.80665
 BLOCK_S: Final = 0.5
-"""Seconds of a block."""
+"""Length of a block, s."""
 _MIN_RATE_HZ: Final = 10.0
-"""Least rate of a sensor for the test of rest in blocks, Hz."""
+"""Smallest sampling rate for the test of rest in blocks, Hz."""
 _MIN_REST_BLOCKS: Final = 4
-"""Blocks of the shortest rest."""
+"""Number of blocks in the shortest rest."""
 _AXES: Final = 3
 _MAX_MEDIAN_SAMPLES: Final = 100_000
 _MIN_PRESENT_SHARE: Final = 0.5
-"""Least share of a block's samples for the block to be used."""
+"""Smallest share of present samples in a used block."""
 
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """Mean and scatter of a sensor in each block, SI, shape (m, 3), and a mask of presence."""
+    """Mean and scatter of a sensor in each block, SI, shape (m, 3), and a mask of used blocks."""
 
     mean: Floats
     scatter: Floats
@@ -55,7 +55,7 @@ class StaticInterval:
 
 @dataclass(frozen=True, eq=False)
 class Sensor:
-    """A log of three axes, its factor into SI, and its name."""
+    """A log of three axes, its factor to SI, and its name."""
 
     name: str
     label: str
@@ -119,7 +119,7 @@ def _block_statistics(column: Floats, cuts: Integers) -> tuple[Floats, Floats, F
 
 
 def _sums(values: npt.NDArray[Number], cuts: Integers) -> npt.NDArray[Number]:
-    """Return the sums of values between cuts, 0 without values."""
+    """Return the sums of values between cuts, 0 for an empty interval."""
     padded = np.append(values, values.dtype.type(0))
     sums = np.add.reduceat(padded, np.minimum(cuts[:-1], len(values)))
     return np.asarray(np.where(np.diff(cuts) > 0, sums, 0))
@@ -135,7 +135,7 @@ class Imu:
 
     @property
     def sensors(self) -> tuple[Sensor, ...]:
-        """The sensors that exist."""
+        """Sensors that exist."""
         return tuple(sensor for sensor in (self.gyro, self.accel) if sensor is not None)
 
     @cached_property
@@ -169,7 +169,7 @@ class Imu:
 def _is_quiet(
     scatter: Floats, present: Booleans, max_scatter: float, min_scatter: float
 ) -> Booleans:
-    """Return the mask of blocks whose scatter is close to that of the quietest twentieth."""
+    """Return the mask of blocks with a scatter close to the quietest twentieth."""
     worst = scatter.max(axis=1)
     present_scatter = worst[present & np.isfinite(worst)]
     floor = float(np.quantile(present_scatter, 0.05)) if present_scatter.size else 0.0

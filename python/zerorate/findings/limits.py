@@ -12,19 +12,19 @@ Severity = Literal["good", "look", "act"]
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit of one kind of finding.
+    """Limits of one kind of finding.
 
     Parameters
     ----------
     what : str
-        Quantity with this limit.
+        Limited quantity.
     unit : str
         Unit of both bounds.
     look, act : float
-        Bounds above which a finding is worth a look, and above which it requires action; infinity
-        for never.
+        Bounds above which a finding is worth a look, and above which it requires action. Infinity:
+        never.
     source : str
-        Source of the limit; ``"own: "`` and the reason if this package has set it.
+        Source of the limit; ``"own: "`` and the reason for a limit of this package.
 
     Examples
     --------
@@ -41,7 +41,7 @@ class Limit:
     source: str
 
     def severity(self, value: float, sigma: float = 0.0) -> Severity:
-        """Return the severity of a value; "act" only if two standard errors above the bound."""
+        """Return the severity of a value; for "act" it exceeds the bound by two standard errors."""
         if value - 2.0 * sigma >= self.act:
             return "act"
         return "look" if value >= self.look else "good"
@@ -53,7 +53,7 @@ _VIBRATION: Final = "ArduPilot wiki, Measuring Vibration"
 
 
 def _limit_from_act(what: str, unit: str, act: float, source: str) -> Limit:
-    """Return a limit whose source has only the upper bound; the lower bound is that over √3."""
+    """Return a limit from its upper bound; the lower bound is the upper bound over √3."""
     return Limit(what, unit, act / _LOOK_DIVISOR, act, source)
 
 

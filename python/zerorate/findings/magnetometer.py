@@ -1,4 +1,4 @@
-"""Findings on the magnetometer: iron, from the gyro's rotation, and unexplained spans."""
+"""Findings on the magnetometer: hard and soft iron, from the gyro, and unexplained spans."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from zerorate.record.recording import Recording
 
 SECTION: Final = "Magnetometer"
 _MAX_CALIBRATED_S: Final = 240.0
-"""Longest part searched for iron, s: a second or two of computation."""
+"""Longest analysed part, s; it takes a second or two to compute."""
 
 
 def magnetometer_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:

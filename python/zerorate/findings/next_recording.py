@@ -1,4 +1,4 @@
-"""Quantities that a log does not determine, and the recording that would."""
+"""Quantities that a log does not determine, with advice for the next recording."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from zerorate.record.recording import Recording
 
 SECTION: Final = "What to record next"
 _MIN_VIBRATION_RATE_HZ: Final = 90.0
-"""Least rate of a log that shows vibration, Hz."""
+"""Smallest sampling rate that shows vibration, Hz."""
 _LONG_REST_ADVICE: Final = "Ten minutes at rest, on a firm table"
 
 
 def next_record_findings(
     recording: Recording, imu: Imu, models: LogModels, findings: Sequence[Finding]
 ) -> Iterator[Finding]:
-    """Yield the recordings that would determine what this log does not."""
+    """Yield the recordings that would determine the missing quantities."""
     missing_by_advice: dict[str, list[str]] = {}
     for what, advice in _list_missing(recording, imu, models, findings):
         missing_by_advice.setdefault(advice, []).append(what)

@@ -1,4 +1,4 @@
-"""The day on which a log was written."""
+"""Date of a log."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from zerorate.findings.imus import start_time
 from zerorate.record.recording import Recording
 
 _UNIX_TIME_RANGE_S: Final = (946_684_800.0, 4_102_444_800.0)
-"""Seconds from 1970 to the years 2000 and 2100, between which numbers are dates."""
+"""Unix times of the years 2000 and 2100, s: numbers between them are dates."""
 _RECEIVER_TOPICS: Final = ("vehicle_gps_position", "sensor_gps")
 
 
 def find_start_date(recording: Recording) -> float | None:
-    """Return the Unix time at which a log begins, s; None if clock and receiver lack it."""
+    """Return the Unix time at which a log begins, s; None if it is unknown."""
     start = start_time(recording)
     if _UNIX_TIME_RANGE_S[0] < start < _UNIX_TIME_RANGE_S[1]:
         return start

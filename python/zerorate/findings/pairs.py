@@ -22,17 +22,17 @@ _MIN_VOTERS: Final = 3
 _TURNING_RATE_RAD_S: Final = 0.2
 """Rate above which a block counts as rotating, rad/s."""
 _MIN_TURNING_BLOCKS: Final = 20
-"""Fewest blocks with rotation for a comparison."""
+"""Smallest number of blocks with rotation for a comparison."""
 _MAX_ROTATION_SIGMA_DEG: Final = 1.0
-"""Largest error of a rotation that is reported, deg."""
+"""Largest standard error of a reported rotation, deg."""
 _MAX_DELAY_SIGMA_MS: Final = 5.0
-"""Largest error of a delay that is reported, ms."""
+"""Largest standard error of a reported delay, ms."""
 _MAX_SCALE_SIGMA: Final = 0.01
-"""Largest error of a scale that is reported."""
+"""Largest standard error of a reported scale."""
 _MIN_CALM_BLOCKS: Final = 8
 _MAX_TILT_RAD: Final = math.radians(10.0)
 _OUTLIER_RATIO: Final = 3.0
-"""Ratio of the outlier's distance from the others to their distance from each other."""
+"""Smallest ratio of an outlier's distance from the others to their mutual distance."""
 _QUANTITIES: Final = {
     "delay": "delay",
     "scales differ": "scale",
@@ -61,7 +61,7 @@ def _compare_pair(one: Imu, other: Imu) -> Iterator[Finding]:
     present = np.logical_and.reduce([s.blocks.present[:count] for s in sensors])
     difference = _compare_turning(one, other, present)
     if difference is not None and difference.correlation < MIN_CORRELATION:
-        return  # of two bodies
+        return  # on two bodies
     calm = one.still[:count] & other.still[:count] & present
     has_rotation = (
         difference is not None
@@ -141,7 +141,7 @@ def _severity_beyond_error(kind: str, value: float, sigma: float) -> Severity:
 def find_outlier_imu(
     usable: Sequence[Imu], findings: Mapping[tuple[str, str], Sequence[Finding]]
 ) -> Iterator[Finding]:
-    """For each quantity, yield the IMU that disagrees with the others, if those agree."""
+    """Yield, for each quantity, the IMU that disagrees with the others, if these agree."""
     for kind, what in _QUANTITIES.items():
         values = {
             pair: finding
@@ -193,7 +193,7 @@ def _angle_between(one: Floats, other: Floats) -> float:
 
 
 def _is_parallel(one: Imu, other: Imu, calm: Booleans) -> bool:
-    """Return True if gravity has the same direction in both at rest."""
+    """Return True if gravity at rest has the same direction in both IMUs."""
     if one.accel is None or other.accel is None:
         return False
     mine, its = (imu.accel.blocks.mean[: len(calm)][calm] for imu in (one, other) if imu.accel)

@@ -24,18 +24,18 @@ from zerorate.types import Floats
 
 SECTION: Final = "Receiver"
 _MAX_NAVIGATED_S: Final = 900.0
-"""Time that is navigated, s."""
+"""Largest duration of the navigated part, s."""
 _LEAD_S: Final = 60.0
-"""Part of it before the first motion, s."""
+"""Time before the first motion in this part, s."""
 _MIN_FIXES: Final = 30
-"""Fewest fixes for a finding."""
+"""Smallest number of fixes for a finding."""
 _COARSE_OFFSET_S: Final = 1.0
 _CHI2_MEDIAN: Final = 2.366
-"""Median of chi squared with three degrees of freedom: innovations of position or velocity."""
+"""Median of chi-squared with three degrees of freedom, for innovations of position or velocity."""
 
 
 def _read_fixes(recording: Recording) -> Fixes | None:
-    """Return the fixes of a recording, None if there are none that can be read."""
+    """Return the readable fixes of a recording, None if there are none."""
     try:
         return recording.fixes if "position" in recording else None
     except (LogError, OSError):
@@ -119,7 +119,7 @@ def _check_navigation(
 def _select_navigable_part(
     sensors: Recording, fixes: Fixes, coarse_offset: float
 ) -> tuple[Recording, Fixes]:
-    """Return recording and fixes for up to 15 minutes from a minute before the first motion."""
+    """Return recording and fixes of up to 15 minutes, from a minute before the first motion."""
     log = sensors["gyro"]
     if log.duration <= _MAX_NAVIGATED_S:
         return sensors, fixes
@@ -133,7 +133,7 @@ def _select_navigable_part(
 
 
 def _motion_start(fixes: Fixes) -> float:
-    """Return the time of the receiver's first motion by metres, s."""
+    """Return the time of the receiver's first motion by some metres, s."""
     positions = fixes.position[:, :2]
     is_displaced = (
         np.abs(positions - np.nanmedian(positions[:_MIN_FIXES], axis=0)).max(axis=1) > 1e-4
@@ -165,7 +165,7 @@ def _describe_clock(offset: TimeOffset | None, gyro: Sensor, known: bool) -> Ite
     if offset.rate:
         drift = format_with_error(1e6 * offset.rate, 1e6 * offset.rate_sigma)
         text += f"; the offset grows by {drift} microseconds a second"
-    # A large offset has a finding of its own.
+    # A large offset has its own finding.
     severity = "good" if known else LIMITS["receiver's clock"].severity(size, offset.sigma)
     yield Finding(
         SECTION, "receiver's clock", severity, f"{text}.",

@@ -1,4 +1,4 @@
-"""A report on a log: its findings in the order of its sections, as data, text and JSON."""
+"""Report on a log: its findings in the order of its sections, as data, text and JSON."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ SECTIONS: Final[dict[str, Callable[[_ReportInput], Iterator[Finding]]]] = {
     ENTER: lambda given: given.settings_findings(),
     RECORD: lambda given: given.next_record_findings(),
 }
-"""Functions that give the findings of each section, in the order of the page."""
+"""Functions that yield the findings of each section, in the order of the page."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +152,7 @@ class Report(Result):
     def findings_from(self, level: str) -> tuple[Finding, ...]:
         """Return the findings of at least this severity, the worst first.
 
-        `level`: ``"act"``, ``"look"``, or ``"none"`` for no finding.
+        `level` is ``"act"``, ``"look"``, or ``"none"`` for no finding.
         """
         if level == "none":
             return ()
@@ -181,7 +181,7 @@ class Report(Result):
         return f"{act} to act on, {look} to look at; {len(good)} within their limits."
 
     def to_json(self) -> str:
-        """Return all findings as JSON, null where a number is not known."""
+        """Return all findings as JSON, null for unknown numbers."""
         content = {
             "format": _FORMAT,
             "version": _VERSION,
@@ -193,14 +193,14 @@ class Report(Result):
         return as_json(content, indent=1)
 
     def to_html(self) -> str:
-        """Return the page: one HTML document that needs no network and no other file."""
+        """Return an HTML document that needs no network and no other file."""
         from zerorate.views import page_of
 
         return page_of(self)
 
 
 def _lower_first(name: str) -> str:
-    """Return a title within a sentence; abbreviations such as IMUs stay."""
+    """Return a title for the middle of a sentence; abbreviations such as IMU stay."""
     return name[0].lower() + name[1:] if name[1:2].islower() else name
 
 
@@ -218,9 +218,9 @@ def findings_of(
     Parameters
     ----------
     recording : Recording
-        With a gyro or an accelerometer of three axes.
+        Recording with a gyro or an accelerometer of three axes.
     fixes : Fixes, optional
-        Fixes of a receiver on the same body; by default the fixes in the recording, if any.
+        Fixes of a receiver on the same body. Default: the fixes in the recording, if any.
     remarks : sequence of Remark
         Contradictions found in the preparation of the recording.
     progress : callable, optional
@@ -249,7 +249,7 @@ def findings_of(
     for number, (name, find) in enumerate(SECTIONS.items()):
         if progress is not None:
             progress(name.lower(), number / len(SECTIONS))
-        # Values that overflow exceed no limit.
+        # Values that overflow do not count as above a limit.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             report_input.findings.extend(find(report_input))
     return Report(tuple(report_input.findings), recording.source, recording)

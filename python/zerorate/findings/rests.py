@@ -1,4 +1,4 @@
-"""Rests of an IMU: their times, the gyro's bias and its change, gravity, and noise."""
+"""Findings on rests: their times, the gyro's bias and its change, gravity and noise."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _MAX_HALF_DIFFERENCE_RAD_S: Final = math.radians(0.3)
 _MAX_BIAS_DEG_S: Final = 10.0
 """Largest rate that counts as a gyro's bias, deg/s, as in `zerorate.Attitude`."""
 _SAME_BIAS_DEG_S: Final = 0.5
-"""Largest difference of one bias between two rests, deg/s."""
+"""Largest difference of an unchanged bias between two rests, deg/s."""
 _MIN_RATE_HZ: Final = 50.0
 _WINDOW_S: Final = 4.0
 _MEDIAN_OVER_MEAN: Final = 0.97
 """Approximate ratio of median to mean of a periodogram of eight windows."""
 _UG_PER_M_S2: Final = 1e6 / GRAVITY_M_S2
 _ONE_SIDED_FACTOR: Final = math.sqrt(2.0)
-"""Ratio of a one-sided density to a two-sided one, the N of an Allan deviation."""
+"""Ratio of a one-sided density to the two-sided density N^2 of an Allan deviation."""
 
 
 def rest_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
@@ -113,7 +113,8 @@ def _check_bias(imu: Imu) -> Iterator[Finding]:
 def _may_turn(imu: Imu, rest: StaticInterval, values: Floats, at: int) -> bool:
     """Return True if a rate at rest may be a steady rotation, which no accelerometer shows.
 
-    True if it exceeds the largest bias, or is vertical and absent from all other rests.
+    It is True for a rate above the largest bias, and for a vertical rate that is absent from all
+    other rests.
     """
     rate = values[at]
     if np.linalg.norm(rate) > _MAX_BIAS_DEG_S:

@@ -1,4 +1,4 @@
-"""The samples of a log: missing, saturated, repeated, spiked, or coarse."""
+"""Findings on samples: missing, saturated, repeated, spiked or coarse."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def _check_missing(sensor: Sensor) -> Iterator[Finding]:
 
 
 def _rows_without_number(sensor: Sensor) -> Integers:
-    """Return the rows with a missing axis, without rows that the clock reports as lost."""
+    """Return the rows with a missing axis, except rows that the clock reports as lost."""
     known = np.isfinite(sensor.log.data)
     report = sensor.log.meta.get("clock")
     lost = report.missing_count if isinstance(report, ClockReport) else 0
@@ -91,7 +91,7 @@ def _describe_clean(sensor: Sensor) -> Finding:
 
 
 def quantization_step(column: Floats) -> float:
-    """Return the step of the numbers of an axis, 0 if they are not on a grid."""
+    """Return the step of an axis' values, 0 if they are not on a grid."""
     values = column[:_MAX_STEP_SAMPLES]
     values = values[np.isfinite(values)]
     unique = np.unique(values)
@@ -281,7 +281,7 @@ def _find_spikes(column: Floats, step: float) -> Integers:
 def _is_single(column: Floats, index: int) -> bool:
     """Return True if a single sample is an outlier: its neighbours deviate half as far, oppositely.
 
-    The index is that of the sample before it.
+    The index is the index of the sample before it.
     """
     first = max(0, index - _SPIKE_WINDOW)
     part = column[first : index + _SPIKE_WINDOW + 3]

@@ -1,4 +1,4 @@
-"""Hard or soft saturation of an axis at an unknown limit, from the signal's shape."""
+"""Detection of saturation at an unknown limit, hard or soft, from the signal's shape."""
 
 from __future__ import annotations
 
@@ -11,33 +11,36 @@ from zerorate.record.runs import runs, runs_of_rows
 from zerorate.types import Booleans, Floats, Integers
 
 _MIN_SAMPLES: Final = 100
-"""Fewest samples for a finding."""
+"""Smallest number of samples for a finding."""
 _MIN_SPAN_STEPS: Final = 20.0
-"""Least half span of an axis, in steps of its values."""
+"""Smallest half range of an axis, in steps of its values."""
 _MIN_RUN: Final = 3
-"""Length of a run at the limit that may suffice alone; shorter runs must be many."""
+"""Smallest length of a run at the limit that may be sufficient alone; many shorter runs are needed.
+"""
 _CORNER_STEEPNESS: Final = 2.0
-"""Ratio of the slope of a plateau's edges to that of a smooth peak."""
+"""Slope of a plateau's edges over the slope of a smooth peak, for a corner."""
 _PEAK_BIN_RATIO: Final = 4.6
 """Ratio of samples in the highest bin of equal smooth peaks to samples in a lower bin. The highest
-bin of width w holds a number ∝ √w, each of the eight below it (√9 − √1) √w / 8 on average."""
+bin of width w has a number ∝ √w. Each of the eight bins below it has (√9 − √1) √w / 8 on average.
+"""
 _MAX_CHANCE: Final = 1e-7
 """Largest chance probability of a finding: a log has a dozen axes and signs."""
 _TOP_SAMPLES: Final = 1000
-"""Number of the largest samples searched for the step if the whole record shows none."""
+"""Number of the largest samples that are searched for the step if the whole record shows none."""
 _SOFT_BAND_FRACTION: Final = 0.03
-"""Width of the band of a soft limit, as a fraction of the largest value."""
+"""Width of the band of a soft limit, as a share of the largest value."""
 _MIN_EXCURSIONS: Final = 5
-"""Fewest excursions into that band for a soft limit."""
+"""Smallest number of excursions into this band for a soft limit."""
 _MIN_FLATNESS: Final = 10.0
-"""Slope at the edge × time in the band / band height: 4 for a parabola, up to 7 for three
-samples."""
+"""Smallest value of (slope at the edge × time in the band / band height) for a soft limit: it is 4
+for a parabola, and up to 7 for three samples.
+"""
 _MAX_EXCURSION_S: Final = 0.5
 """Longest excursion into the band, s; a longer one is a steady rotation."""
 
 
 class Saturation(NamedTuple):
-    """Rows at a limit, the longest run of them, the value, and a flag if all are equal there."""
+    """Rows at a limit, their longest run, the value, and True if all values there are equal."""
 
     rows: Integers
     longest: int
@@ -46,7 +49,7 @@ class Saturation(NamedTuple):
 
 
 class _Plateaus(NamedTuple):
-    """First and last rows of runs, and the distances of the samples before and after below them."""
+    """First and last rows of runs, and depth of the samples before and after them."""
 
     first: Integers
     last: Integers
@@ -64,7 +67,7 @@ def find_saturation(
     """Return the saturation of an axis at its largest value, None if there is none.
 
     Only the shape is used. A hard limit has a plateau with corners, which no smooth peak has, or
-    more samples equal to the largest than chance explains. A soft limit bends all excursions just
+    more samples at the largest value than chance explains. A soft limit bends all excursions just
     below the largest value.
 
     Parameters
@@ -72,11 +75,11 @@ def find_saturation(
     column : array of float64, shape (n,)
         Samples of an axis, or their negatives; NaN where missing.
     others : array of float64, shape (n, 2)
-        Samples of the other axes: if these are also constant, it is not a limit.
+        Samples of the other axes. If these are also constant, the value is not a limit.
     rate : float
-        Hz.
+        Sampling rate, Hz.
     step : float
-        Step of the numbers, 0 if they are not on a grid.
+        Step of the values, 0 if they are not on a grid.
     """
     finite = np.isfinite(column)
     if np.count_nonzero(finite) < _MIN_SAMPLES:
@@ -116,9 +119,9 @@ def _find_hard_limit(
 
 
 def _smallest_step(column: Floats, largest: float, half_range: float) -> float:
-    """Return the smallest difference of the highest values: the step, if they are on a grid."""
+    """Return the smallest difference of the highest values: their step, if they are on a grid."""
     values = column[:0]
-    for part in (0.02, 0.2, 2.1):  # all of it is a copy of a long log
+    for part in (0.02, 0.2, 2.1):  # the whole column is a copy
         if values.size < _TOP_SAMPLES:
             values = column[column >= largest - part * half_range]
     steps = np.diff(
@@ -134,10 +137,10 @@ def _find_plateaus(column: Floats, rows: Integers, largest: float) -> _Plateaus:
 
 
 def _has_corners(plateaus: _Plateaus, quantum: float) -> bool:
-    """Return True if a plateau has sharper corners than a parabola as flat in the middle.
+    """Return True if a plateau has sharper corners than an equally flat parabola.
 
-    A parabola within a step for L samples is at most ((L + 1) / (L − 1))² steps lower one sample
-    further.
+    A parabola that stays within a step for L samples is at most ((L + 1) / (L − 1))² steps lower
+    after one more sample.
     """
     long = plateaus.length >= _MIN_RUN
     length = plateaus.length[long].astype(np.float64)
@@ -147,7 +150,7 @@ def _has_corners(plateaus: _Plateaus, quantum: float) -> bool:
 
 
 def _has_long_run(column: Floats, plateaus: _Plateaus, quantum: float) -> bool:
-    """Return True if a run is longer than the share of equal neighbours elsewhere explains."""
+    """Return True if a run is longer than the usual share of equal neighbours explains."""
     length = int(plateaus.length.max())
     smallest = np.nanmin(column)
     same = np.abs(np.diff(column)) < 0.5 * quantum
@@ -163,7 +166,7 @@ def _has_long_run(column: Floats, plateaus: _Plateaus, quantum: float) -> bool:
 
 
 def _has_many_equal(column: Floats, plateaus: _Plateaus, half_range: float, quantum: float) -> bool:
-    """Return True if more samples equal the largest value than the lower bins predict."""
+    """Return True if more samples have the largest value than the lower bins predict."""
     count, drops = int(plateaus.length.sum()), np.fmax(plateaus.before, plateaus.after)
     # With noise below one step, samples at rest alternate between two values.
     if not np.median(drops[np.isfinite(drops)]) >= 3.0 * quantum:
@@ -186,7 +189,7 @@ def _chernoff_bound(count: int, expected: float) -> float:
 
 
 def _is_standstill(other_axes: Floats, rows: Integers) -> bool:
-    """Return True if the other axes repeat their values with this one: a motion without noise."""
+    """Return True if the other axes repeat their values together with this axis: no motion."""
     next_to = rows[1:][np.diff(rows) == 1]
     if next_to.size < _MIN_RUN - 1:
         return False
@@ -207,7 +210,7 @@ def _has_exact_repeats(plateaus: _Plateaus, half_range: float, quantum: float) -
 def _find_soft_limit(
     column: Floats, largest: float, half_range: float, rate: float
 ) -> Saturation | None:
-    """Return excursions that bend within a band beneath the largest value, as no peak does."""
+    """Return excursions that bend in a band below the largest value, unlike any peak."""
     height = _SOFT_BAND_FRACTION * half_range
     inside = column >= largest - height
     if np.count_nonzero(inside) < _MIN_RUN * _MIN_EXCURSIONS:

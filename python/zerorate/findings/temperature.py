@@ -1,4 +1,4 @@
-"""The temperature slope of a gyro's bias at rest, or the reason why there is none."""
+"""Temperature slope of a gyro's bias at rest, or the reason why there is none."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from zerorate.record.recording import Recording
 from zerorate.types import Floats
 
 _MIN_REST_S: Final = 60.0
-"""Least total time at rest for a slope, s."""
+"""Smallest total time at rest for a slope, s."""
 _MIN_READINGS: Final = 2
 _ADVICE: Final = (
     "Record at rest for half an hour or more while it warms up from cold and cools down again: "
@@ -28,13 +28,14 @@ _ADVICE: Final = (
 
 
 def temperature_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:
-    """Yield the temperature slope of the bias of each gyro that has a thermometer."""
+    """Yield the temperature slope of the bias of each gyro with a thermometer."""
     for imu in imus:
         if imu.gyro is None or imu.gyro.factor is None or not imu.still.size:
             continue
         name = imu.gyro.name
         log = recording.get(name.replace("gyro", "temperature"))
-        # Thermometers are numbered on their own: one with as many samples belongs to the gyro.
+        # Thermometers have their own numbers: a thermometer with the gyro's number of samples
+        # belongs to it.
         if log is not None and log.channels == 1 and (name == "gyro" or log.n == imu.gyro.log.n):
             yield _check_imu(imu, log)
 
@@ -55,7 +56,7 @@ def _check_imu(imu: Imu, thermometer: Log) -> Finding:
         model = TemperatureModel.fit(
             rates, temperature, 1.0 / BLOCK_S, rests=imu.still, unit="deg/s"
         )
-    except ValueError:  # fewer means than it needs
+    except ValueError:  # too few means for a fit
         return _describe_unidentifiable(imu, "the rests are too few")
     low, high = model.range
     known_axes = [k for k, slope_estimate in enumerate(model.slopes) if slope_estimate.identifiable]
@@ -79,7 +80,7 @@ def _check_imu(imu: Imu, thermometer: Log) -> Finding:
 
 
 def _temperature_at_blocks(thermometer: Log, start: float, count: int) -> Floats | None:
-    """Return the temperature in the middle of each block, None where none is known."""
+    """Return the temperature in the middle of each block, None if unknown."""
     readings = thermometer.data[:, 0]
     finite = np.isfinite(readings)
     if np.count_nonzero(finite) < _MIN_READINGS:

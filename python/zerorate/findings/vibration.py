@@ -1,4 +1,4 @@
-"""Vibration in motion: its level, by the autopilots' rule, and its peaks."""
+"""Findings on vibration in motion: its level, by the autopilots' rule, and its peaks."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from zerorate.types import Booleans, Floats
 
 SECTION: Final = "Vibration in motion"
 _MIN_RATE_HZ: Final = 90.0
-"""Rate below which samples show a small part of a vibration, Hz."""
+"""Sampling rate below which samples show only a small part of a vibration, Hz."""
 _MIN_BLOCKS: Final = 10
-"""Fewest blocks in motion for a finding."""
+"""Smallest number of blocks in motion for a finding."""
 _MAX_WINDOWS: Final = 400
-"""Number of windows of a second for the spectrum."""
+"""Number of one-second windows for the spectrum."""
 _CHUNK_BLOCKS: Final = 2000
-"""Blocks whose vibration is computed at once."""
+"""Number of blocks in one computation of vibration."""
 _MIN_PEAK_RATIO: Final = 4.0
-"""Least ratio of a peak to the spectrum around it: 12 dB."""
+"""Smallest ratio of a peak to the spectrum around it: 12 dB."""
 
 
 def vibration_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
@@ -88,7 +88,7 @@ def _format_band(edges: tuple[float, float]) -> str:
 
 
 def _vibration_rms(sensor: Sensor, count: int) -> Floats:
-    """Return the root mean square above 5 Hz, all axes, block by block.
+    """Return the RMS vibration above 5 Hz over all axes, for each block.
 
     ArduPilot's rule: subtract the 5 Hz low-pass of the force, square, low-pass at 2 Hz, root.
     """
@@ -113,7 +113,7 @@ def _vibration_rms(sensor: Sensor, count: int) -> Floats:
 
 
 def _moving_mean(values: Floats, width: int) -> Floats:
-    """Return a centred moving mean, twice as wide as the time constant of a low-pass."""
+    """Return a centred moving mean with twice the width of a low-pass' time constant."""
     half = width
     sums = np.concatenate([[0.0], np.cumsum(values)])
     at = np.arange(len(values))
@@ -122,7 +122,7 @@ def _moving_mean(values: Floats, width: int) -> Floats:
 
 
 def _select_windows(sensor: Sensor, moving: Booleans) -> Floats:
-    """Return windows of a second in motion, shape (m, n, 3), spread evenly over it."""
+    """Return one-second windows in motion, shape (m, n, 3), spread evenly over the motion."""
     length = round(sensor.log.rate)
     starts = np.searchsorted(sensor.log.sampled, np.flatnonzero(moving) * BLOCK_S + sensor.start)
     starts = starts[starts + length <= sensor.log.n]

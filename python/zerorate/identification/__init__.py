@@ -1,4 +1,4 @@
-"""From a record at rest to a drift model, with the tests that justify it."""
+"""Identification of a drift model from a record at rest, with tests."""
 
 from zerorate._native import RecursiveLeastSquares
 from zerorate.identification.arma import ArmaGrid, arma_grid, fit_arma

@@ -20,19 +20,19 @@ MAX_ORDER: Final = 8
 
 @dataclass(frozen=True, eq=False)
 class ArmaGrid:
-    """Fits of the ARMA models of all orders, on the same residuals.
+    """Fits of ARMA models of all orders to the same residuals.
 
     Attributes
     ----------
     sigma2 : ndarray, shape (max_p + 1, max_q + 1)
-        Innovation variance of ARMA(p, q) in row p and column q: the sum of the squared residuals
-        over their number. An order never has a larger variance than a lower order nested in it.
+        Innovation variance of ARMA(p, q) in row p and column q: the mean square of its residuals. A
+        model never has a larger variance than a nested model of lower order.
     n : int
         Number of residuals.
     converged : ndarray of bool, shape (max_p + 1, max_q + 1)
-        Mask of searches that reached a minimum.
+        Mask of the models with a converged search.
     evaluations : ndarray of int, shape (max_p + 1, max_q + 1)
-        Number of passes over the record in the searches, except passes for slow starts.
+        Number of passes over the record in each search, without the passes for slow starts.
     coefficients : tuple of ndarray
         [phi, theta, c] of each order (p, q), sorted by p, then by q.
 
@@ -61,30 +61,30 @@ def fit_arma(
     constant: bool = True,
     start: npt.ArrayLike | None = None,
 ) -> ArmaModel:
-    """Return the ARMA(p, q) model that fits a record best.
+    """Fit an ARMA(p, q) model to a record.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Samples in any unit; those that are not finite or masked are missing.
+        Samples in any unit; values that are masked or not finite count as missing.
     p, q : int
         Autoregressive and moving-average order, 0 to 8.
     method : {"css", "exact"}
-        "css" minimises the sum of the squared conditional residuals: fast. Before each stretch
-        between missing samples, innovations are assumed zero and samples equal to the record's
-        mean; the first p residuals of the stretch, which depend on that, are left out. "exact"
-        maximises the Gaussian likelihood of all samples, across missing ones; the process is then
-        stationary. On long records they differ little.
+        "css" minimises the sum of the squared conditional residuals, and is fast. Before each
+        stretch between missing samples, innovations are assumed zero and samples equal to the mean.
+        The first p residuals of the stretch depend on this and are left out. "exact" maximises the
+        Gaussian likelihood of all samples, across missing samples; the process is then stationary.
+        On long records both methods agree closely.
     constant : bool
-        Estimate a constant; otherwise the process has mean zero.
+        True: estimate a constant. False: the process has mean zero.
     start : array_like, shape (p + q + 1,), optional
-        [phi, theta, c], without c if there is no constant, as the only start of the search: from an
-        `ArmaGrid`, or from a similar record. By default several starts are tried.
+        Only start of the search: [phi, theta, c], without c if there is no constant. Take it from
+        an `ArmaGrid` or from a similar record. Default: several starts are tried.
 
     Returns
     -------
     ArmaModel
-        The moving average is invertible. With "css" the autoregression may lie outside the
+        Model with an invertible moving average. With "css" the autoregression may be outside the
         stationary region.
 
     Raises
@@ -92,16 +92,15 @@ def fit_arma(
     TypeError
         If `z` does not hold real numbers.
     ValueError
-        If an order or the method is not among those above, or `z` is not one axis, is constant or
-        too short.
+        If an order or the method is not valid, or `z` is not one axis, is constant or too short.
 
     Notes
     -----
-    The search starts from Hannan and Rissanen's estimate, from the best models of lower orders, and
-    from white noise on a slow drift, the model of most gyros, which no short autoregression finds.
-    Standard errors are those of the quadratic model of the sum of squares, or of the curvature of
-    the likelihood. Hannan & Rissanen, Biometrika 69(1), 1982; Ansley, Biometrika 66(1), 1979;
-    Monahan, Biometrika 71(2), 1984.
+    The search has several starts: Hannan and Rissanen's estimate, the best models of lower orders,
+    and white noise on a slow drift. The last suits most gyros, and short autoregressions do not
+    find it. Standard errors follow from the curvature of the sum of squares or of the likelihood.
+    Hannan & Rissanen, Biometrika 69(1), 1982; Ansley, Biometrika 66(1), 1979; Monahan, Biometrika
+    71(2), 1984.
 
     Examples
     --------
@@ -140,15 +139,15 @@ def fit_arma(
 
 
 def arma_grid(z: npt.ArrayLike, max_p: int, max_q: int) -> ArmaGrid:
-    """Return the fit of ARMA models of all orders up to (max_p, max_q) to a record.
+    """Fit ARMA models of all orders up to (max_p, max_q) to a record.
 
     The fit is by conditional least squares with a constant. All models are compared on the same
-    residuals: each stretch between missing samples loses its first `max_p`.
+    residuals: the first `max_p` residuals of each stretch between missing samples are left out.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Samples in any unit; those that are not finite or masked are missing.
+        Samples in any unit; values that are masked or not finite count as missing.
     max_p, max_q : int
         Highest orders, 0 to 8.
 
@@ -157,7 +156,7 @@ def arma_grid(z: npt.ArrayLike, max_p: int, max_q: int) -> ArmaGrid:
     TypeError
         If `z` does not hold real numbers.
     ValueError
-        If an order is not among those above, or `z` is not one axis, is constant or too short.
+        If an order is not valid, or `z` is not one axis, is constant or too short.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""An ARMA model of a record, with the errors of its coefficients."""
+"""ARMA model of a record, with standard errors of its coefficients."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ Complexes = npt.NDArray[np.complex128]
 
 @dataclass(frozen=True, eq=False)
 class ArmaModel(Result):
-    """A model z_k = sum_i phi_i z_(k-i) + a_k + sum_j theta_j a_(k-j) + c, of orders (p, q).
+    """Model z_k = sum_i phi_i z_(k-i) + a_k + sum_j theta_j a_(k-j) + c, of orders (p, q).
 
-    `fit_ar` and `fit_arma` estimate one, `of` takes known numbers. Two models are equal if all
-    their numbers are equal. `print` shows a table.
+    `fit_ar` and `fit_arma` estimate a model; `of` makes a model from known numbers. Two models are
+    equal if all their numbers are equal. `print` shows a table.
 
     Attributes
     ----------
@@ -51,16 +51,16 @@ class ArmaModel(Result):
     constant : float
         c, in the unit of the record.
     sigma2 : float
-        Variance of the innovations a: the sum of their squares over their number.
+        Variance of the innovations a: their mean square.
     covariance : ndarray, shape (p + q + 1, p + q + 1)
         Covariance of the estimates of [phi, theta, c]; zero for a constant that was not estimated.
     n : int
-        Number of innovations in the sum.
+        Number of innovations in the mean square.
     log_likelihood : float
         Gaussian log-likelihood of the innovations.
     condition : float
-        Condition number of the normal equations, scaled to a unit diagonal: large if the record
-        hardly separates the coefficients.
+        Condition number of the normal equations, scaled to a unit diagonal. It is large if the
+        record hardly distinguishes the coefficients.
     method : str
         Method of the estimate.
     has_constant : bool
@@ -68,7 +68,7 @@ class ArmaModel(Result):
     converged : bool
         True if the search for the estimate converged.
     remarks : tuple of str
-        Sentences from the search for the estimate.
+        Sentences on the estimation.
     record_mean : float
         Mean of the record; NaN if it is not known.
     record_deviation : float
@@ -127,10 +127,14 @@ class ArmaModel(Result):
     def notes(self) -> tuple[str, ...]:
         """Warnings, one sentence each: the remarks, then those that follow from the numbers.
 
-        Warnings concern a search that did not converge; a condition above 1e8, where half of the
-        digits are lost; a model that is not stationary or not invertible; a root within 1.96
-        standard errors (95 %) of the unit circle; an AR and an MA root closer than 1.96 standard
-        errors, a common factor that the record does not determine.
+        Warnings concern:
+
+        - a search that did not converge;
+        - a condition number above 1e8, which loses half of the digits;
+        - a model that is not stationary or not invertible;
+        - a root within 1.96 standard errors (95 %) of the unit circle;
+        - an AR and an MA root closer than 1.96 standard errors: the record does not determine such
+          a common factor.
         """
         return tuple(dict.fromkeys((*self.remarks, *diagnosis(self))))
 
@@ -192,7 +196,7 @@ class ArmaModel(Result):
 
     @property
     def mean(self) -> float:
-        """Mean of the process, c / (1 - phi_1 - ... - phi_p); NaN if a constant drives a walk."""
+        """Mean of the process, c / (1 - phi_1 - ... - phi_p); NaN for a walk with a constant."""
         if not self.constant:
             return 0.0
         rest = at_one(-self.phi)
@@ -200,12 +204,12 @@ class ArmaModel(Result):
 
     @property
     def ar_roots(self) -> Complexes:
-        """Roots of 1 - phi_1 x - ... - phi_p x^p, the smallest first."""
+        """Roots of 1 - phi_1 x - ... - phi_p x^p, in order of size."""
         return _roots(-self.phi)
 
     @property
     def ma_roots(self) -> Complexes:
-        """Roots of 1 + theta_1 x + ... + theta_q x^q, the smallest first."""
+        """Roots of 1 + theta_1 x + ... + theta_q x^q, in order of size."""
         return _roots(self.theta)
 
     @property
@@ -234,7 +238,7 @@ class ArmaModel(Result):
         return modes(inverse_roots(-self.phi), rate)
 
     def psi_weights(self, n: int) -> Floats:
-        """Return psi_0 ... psi_(n-1), the response of the samples to one unit innovation.
+        """Return psi_0 ... psi_(n-1), the impulse response from innovations to samples.
 
         Raises
         ------
@@ -280,20 +284,20 @@ class ArmaModel(Result):
         Parameters
         ----------
         frequencies : array_like
-            In Hz, from 0 to rate / 2, any shape.
+            Frequencies in Hz, from 0 to rate / 2, any shape.
         rate : float
             Samples per second.
 
         Returns
         -------
         ndarray of float64, the shape of `frequencies`
-            Squared unit of the record a Hz; its integral from 0 to rate / 2 is the variance of a
-            stationary model. Infinite at a root on the unit circle.
+            Density in the squared unit of the record per Hz. Its integral from 0 to rate / 2 is the
+            variance of a stationary model. It is infinite at a root on the unit circle.
 
         Raises
         ------
         ValueError
-            If a frequency is outside its range, or the rate not positive.
+            If a frequency is outside its range, or the rate is not positive.
         """
         return spectrum(self.phi, self.theta, self.sigma2, frequencies, rate)
 
@@ -301,8 +305,9 @@ class ArmaModel(Result):
         """Return the innovations of a record under this model, shape (n,).
 
         a_k = z_k - sum_i phi_i z_(k-i) - sum_j theta_j a_(k-j) - c. Every stretch between missing
-        samples restarts with earlier samples at their mean and innovations zero. Its first p
-        innovations depend on that and are NaN, as are those of missing samples.
+        samples restarts with earlier samples at their mean and earlier innovations zero. The first
+        p innovations of a stretch depend on this and are NaN. Innovations of missing samples are
+        NaN.
 
         Raises
         ------
@@ -321,7 +326,7 @@ class ArmaModel(Result):
         return arma_residuals(record, phi, theta, centre, constant)
 
     def _start_level(self, record: Floats) -> float:
-        """Return the level assumed for samples before a record begins."""
+        """Return the assumed level of samples before a record begins."""
         if math.isfinite(self.record_mean):
             return self.record_mean
         return self.mean if self.stationary else float(np.nanmean(record))
@@ -342,7 +347,7 @@ class ArmaModel(Result):
         return -2.0 * self.log_likelihood + 2.0 * self.parameter_count
 
     def __eq__(self, other: object) -> bool:
-        """Compare every number, bit for bit."""
+        """Return True if every number is equal, bit for bit."""
         if not isinstance(other, ArmaModel):
             return NotImplemented
         return self.to_json() == other.to_json()

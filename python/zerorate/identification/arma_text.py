@@ -1,4 +1,4 @@
-"""ARMA models as text: notes with warnings, JSON."""
+"""Text of ARMA models: warnings and JSON."""
 
 import math
 import os
@@ -18,20 +18,20 @@ from zerorate.types import Floats
 if TYPE_CHECKING:
     from zerorate.identification.arma_model import ArmaModel
 
-# Above this condition half of the digits of the normal equations are lost.
+# Condition number above which half of the digits of the normal equations are lost.
 _MAX_CONDITION: Final = 1e8
-# Standard errors within which two numbers agree at 95 %.
+# Difference of two equal numbers, in standard errors, that is not exceeded in 95 % of cases.
 _SAME_SIGMAS: Final = 1.96
 
 
 class UncertainRoot(NamedTuple):
-    """A reciprocal root and its derivatives by each of [phi, theta, c]."""
+    """Reciprocal root and its derivatives by each of [phi, theta, c]."""
 
     value: complex
     gradient: npt.NDArray[np.complex128]
 
     def sigma(self, covariance: Floats) -> float:
-        """Return the standard error of its distance from the origin."""
+        """Return the standard error of the root's distance from the origin."""
         radial = np.real(self.gradient * np.conj(self.value)) / abs(self.value)
         return _sigma_along(radial, covariance)
 
@@ -54,7 +54,7 @@ def _differentiate_roots(
     slope = np.polyder(np.concatenate(([1.0], coefficients)))
     roots = []
     for root in inverse_roots(coefficients):
-        # A double root has slope zero and no standard error: it changes like a square root.
+        # A double root has slope zero. It changes like a square root, so it has no standard error.
         steepness = complex(np.polyval(slope, root))
         if root == 0.0 or steepness == 0.0:
             continue
@@ -65,7 +65,7 @@ def _differentiate_roots(
 
 
 def undetermined_pairs(model: "ArmaModel") -> list[tuple[complex, complex]]:
-    """Return the pairs of an AR and an MA root, reciprocal, that may be one common factor."""
+    """Return the pairs of reciprocal AR and MA roots that may be a common factor."""
     pairs = ((ar, ma) for ar in uncertain_ar_roots(model) for ma in uncertain_ma_roots(model))
     return [(ar.value, ma.value) for ar, ma in pairs if _is_common_factor(ar, ma, model.covariance)]
 
@@ -78,14 +78,17 @@ def _is_common_factor(ar: UncertainRoot, ma: UncertainRoot, covariance: Floats) 
 
 
 def _sigma_along(gradient: npt.NDArray[Any], covariance: Floats) -> float:
-    """Return the standard deviation along a gradient; NaN where the covariance has infinities."""
+    """Return the standard deviation along a gradient; NaN if the covariance is infinite."""
     with np.errstate(invalid="ignore"):
         variance = float(np.real(np.conj(gradient) @ covariance @ gradient))
     return math.sqrt(max(variance, 0.0)) if math.isfinite(variance) else math.nan
 
 
 def diagnosis(model: "ArmaModel") -> Iterator[str]:
-    """Yield a sentence for each warning that applies; NaN in the covariance gives none."""
+    """Yield a sentence for each warning that applies.
+
+    A NaN in the covariance gives no warning.
+    """
     if not model.converged:
         yield "the search for the estimate did not converge"
     if model.condition > _MAX_CONDITION:
@@ -133,7 +136,7 @@ def to_json(
     Returns
     -------
     str
-        Every field, exact to the last bit; "nan", "inf" and "-inf" as texts.
+        All fields, exact to the last bit; "nan", "inf" and "-inf" as strings.
 
     Examples
     --------
@@ -148,7 +151,7 @@ def to_json(
 
 
 def from_json(source: str | os.PathLike[str], build: type["ArmaModel"]) -> "ArmaModel":
-    """Return the model in a text or a file."""
+    """Return the model from a text or a file."""
     return restore(source, _FORMAT, lambda content: build(**_read_fields(content, build)))
 
 

@@ -24,25 +24,25 @@ _MIN_SEGMENTS: Final = 10
 
 @dataclass(frozen=True, kw_only=True)
 class ReverseArrangements(Verdict):
-    """Result of the test with its counts; the statistic is the number of reversals.
+    """Result of the reverse-arrangements test; its statistic is the number of reversals.
 
     Attributes
     ----------
     reversal_count : int
-        A: pairs with the greater value first.
+        A: number of pairs with the greater value first.
     tie_count : int
-        Pairs of equal values, which are not counted.
+        Number of pairs with equal values. `reversal_count` does not include them.
     segment_count : int
-        M: number of values, without the `left_out_count` segments that lacked at least half of
-        their samples.
+        M: number of values.
     left_out_count : int
+        Number of segments that lack half of their samples or more; they give no value.
     of : {"mean", "variance", "sample"}
         Kind of the values.
     z_score : float
-        lambda = (A' + 1/2 - E) / sd with A' the pairs with the greater value last: positive if the
-        record rises. Within 2 at 5 %.
+        lambda = (A' + 1/2 - E) / sd. A' is the number of pairs with the greater value last.
+        Positive if the record rises; within 2 at 5 %.
     where : str
-        The position at which the values before and after differ most.
+        Position with the largest difference between the values before and after it.
 
     Examples
     --------
@@ -70,21 +70,21 @@ def reverse_arrangements(
     Parameters
     ----------
     z : array_like, shape (n,)
-        Samples in any unit; those not finite are missing. A segment that lacks half of them or
-        more is left out.
+        Samples in any unit; values that are not finite count as missing. A segment that lacks half
+        of its samples or more is left out.
     segments : int or None, default 100
-        Number of segments, 10 to n (2 samples each for variances); None uses each sample as a
-        segment. Segments long compared with the noise's correlation time separate slow drift from
+        Number of segments, 10 to n, with at least 2 samples each for variances. None: each sample
+        is a segment. Segments longer than the noise's correlation time separate slow drift from
         noise.
     of : {"mean", "variance"}
-        Property to compare; ignored for single samples.
+        Property to compare; ignored if each sample is a segment.
 
     Returns
     -------
     ReverseArrangements
-        The acceptance interval is exact for up to 100 values and the normal approximation beyond.
-        Equal values cannot be reversed and lower A by half their pairs, so the interval is lowered
-        by the same amount.
+        Result. The acceptance interval is exact for up to 100 values, and a normal approximation
+        for more. Equal values lower A by half of their pairs, and the interval is lowered by the
+        same amount.
 
     Raises
     ------
@@ -96,9 +96,9 @@ def reverse_arrangements(
 
     Notes
     -----
-    J. S. Bendat, A. G. Piersol, Random Data, section 4.5.2: E = M (M - 1)/4 and variance
-    M (2 M + 5)(M - 1)/72, both reduced for ties (M. G. Kendall, Rank Correlation Methods).
-    Bao and Yuan: lambda, N = 15 000 samples and M = 100.
+    J. S. Bendat, A. G. Piersol, Random Data, section 4.5.2: E = M (M - 1)/4, with variance M (2 M +
+    5)(M - 1)/72. Both are reduced for ties (M. G. Kendall, Rank Correlation Methods). Bao and Yuan
+    use lambda with N = 15 000 samples and M = 100.
 
     Examples
     --------
@@ -132,7 +132,7 @@ def reverse_arrangements(
 
 
 def _test_values(values: Floats) -> dict[str, Any]:
-    """Return the test of ordered values, as a dictionary of the result's fields."""
+    """Return the fields of the test's result for ordered values, as a dictionary."""
     count, ties, tie_weight = _native.reversals(values)
     m = values.size
     null = _null_distribution(m, ties, tie_weight)
@@ -178,7 +178,7 @@ def _null_distribution(m: int, ties: int, tie_weight: float) -> _NullDistributio
 
 
 def _segment_values(record: Floats, segments: int | None, of: str) -> tuple[Floats, Integers, int]:
-    """Return the values to compare, the segment number of each from 1, and the count of samples."""
+    """Return the compared values, their segment numbers from 1, and the number of samples."""
     if segments is None:
         indices = np.flatnonzero(np.isfinite(record))
         return record[indices], indices + 1, indices.size
@@ -205,7 +205,7 @@ def _segment_moments(rows: Floats, there: Booleans, counts: Integers, of: str) -
 
 
 def _describe_split(values: Floats, numbers: Integers, of: str, unit: float) -> str:
-    """Describe the split whose two sides differ most, relative to chance at these lengths."""
+    """Describe the split with the most significant difference between its sides."""
     m = values.size
     before = np.arange(1, m)
     level = values - values.mean()
@@ -219,7 +219,7 @@ def _describe_split(values: Floats, numbers: Integers, of: str, unit: float) -> 
 
 
 MAX_EXACT_VALUES: Final = 100
-"""Largest number of values for the exact distribution; the published table ends there, too."""
+"""Largest number of values for the exact distribution; the published table ends at this number."""
 
 _TAIL_PROBABILITY: Final = 0.025
 
@@ -228,9 +228,9 @@ _TAIL_PROBABILITY: Final = 0.025
 def _cumulative_probability(m: int) -> Floats:
     """Return P(A <= a) for a = 0, ..., in the lower half of the distribution of m values.
 
-    The k-th value precedes 0 to k - 1 of the smaller ones with equal probability, so the
-    distribution is a convolution of uniform ones (Mahonian numbers over m!). Terms rise throughout
-    its lower half, so differences of sums keep their precision far into the tail.
+    The k-th value precedes 0 to k - 1 of the smaller values with equal probability. The
+    distribution is therefore a convolution of uniform distributions (Mahonian numbers over m!).
+    Terms rise throughout its lower half, so differences of sums stay precise far into the tail.
     """
     size = m * (m - 1) // 4 + 1
     probability = np.zeros(size)
@@ -243,17 +243,18 @@ def _cumulative_probability(m: int) -> Floats:
 
 
 def critical_values(m: int) -> tuple[int, int]:
-    """Return lower and upper: at most 5 % of sequences of m values are outside lower < A <= upper.
+    """Return the lower and upper limit of A for m values at 5 %.
 
-    J. S. Bendat, A. G. Piersol, Random Data, section 4.5.2 and table A.6.
+    At most 5 % of random sequences are outside lower < A <= upper. J. S. Bendat, A. G. Piersol,
+    Random Data, section 4.5.2 and table A.6.
     """
     lower = int(np.searchsorted(_cumulative_probability(m), _TAIL_PROBABILITY, side="right")) - 1
     return lower, m * (m - 1) // 2 - lower - 1
 
 
 def two_sided_probability(m: int, reversals: float) -> float:
-    """Return the two-sided probability of a number of reversals at least as extreme."""
-    # Ties count half; a remaining half is rounded towards the middle.
+    """Return the two-sided probability of a given or more extreme number of reversals."""
+    # A tie counts as half a reversal. A remaining half is rounded towards the middle.
     rank = int(np.ceil(min(reversals, m * (m - 1) / 2 - reversals)))
     below = _cumulative_probability(m)
     return min(2.0 * float(below[min(rank, below.size - 1)]), 1.0)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from zerorate.identification.order import OrderSelection
 
 SCHEMA: Final = "zerorate-identify/1"
-"""Version of the document; it rises when readers have to change."""
+"""Version of the document; it increases with every change that affects readers."""
 
 
 def as_json(
@@ -30,7 +30,7 @@ def as_json(
     Parameters
     ----------
     identifications : sequence of Identification
-        One for each axis, with different names.
+        Identifications, one for each axis, with different names.
     source : str
         Name of the log.
     notes : sequence of str
@@ -47,9 +47,9 @@ def as_json(
 
 
 def as_dict(result: Identification) -> dict[str, Any]:
-    """Return all numbers of one axis, None for numbers that are not finite.
+    """Return all numbers of one axis, with None in place of numbers that are not finite.
 
-    ``models`` are as `ArmaModel.from_json` reads them, after `json.dumps`.
+    ``models`` can be read by `ArmaModel.from_json` after `json.dumps`.
     """
     content = {
         "unit": result.unit,

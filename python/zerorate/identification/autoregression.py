@@ -18,7 +18,7 @@ from zerorate.noise.records import as_record
 ArMethod = Literal["least-squares", "burg", "yule-walker"]
 
 MAX_AR_ORDER = 64
-"""Largest order: no gyro's drift determines more coefficients."""
+"""Largest order of an autoregression: a gyro's drift never determines more coefficients."""
 
 
 def fit_ar(
@@ -29,26 +29,27 @@ def fit_ar(
     Parameters
     ----------
     z : array_like, shape (n,)
-        Record of one axis, any unit; samples that are not finite or masked are missing.
+        Record of one axis, any unit; values that are masked or not finite count as missing.
     p : int
         Order, 0 to 64.
     method : str, default "least-squares"
-        "least-squares": fits each sample that has p samples before it without a gap. It assumes
-        nothing on earlier samples; the model may be unstable, so it can show a unit root. "burg":
-        least squares forward and backward together; always stationary, and precise on short
-        records. "yule-walker": matches the record's first autocovariances; always stationary, and
-        biased towards 0 if roots are near 1.
+        - "least-squares": fits each sample with p samples before it and no gap between. It assumes
+          nothing about earlier samples. The model may be unstable, so it can show a unit root.
+        - "burg": least squares forward and backward together; always stationary, and precise on
+          short records.
+        - "yule-walker": matches the record's first autocovariances; always stationary, and biased
+          towards 0 if roots are near 1.
     constant : bool, default True
-        Fit c ("burg" and "yule-walker" subtract the mean). If False, the record is used unchanged.
+        True: fit c ("burg" and "yule-walker" subtract the mean). False: use the record unchanged.
 
     Returns
     -------
     ArmaModel
-        With "least-squares", `n` is the number of residuals, `sigma2` their mean square, and
-        `covariance` sigma2 (X'X)^-1, as in R's ``ar.ols`` and statsmodels' ``AutoReg``. With "burg"
-        and "yule-walker", `n` is the number of samples, `sigma2` their mean square times
-        (1 - reflection coefficient squared) of every order, and `covariance` the limit for long
-        records, sigma2/n times the inverse of the model's covariance of p samples.
+        With "least-squares", `n` is the number of residuals and `sigma2` is their mean square.
+        `covariance` is sigma2 (X'X)^-1, as in R's ``ar.ols`` and statsmodels' ``AutoReg``. With
+        "burg" and "yule-walker", `n` is the number of samples. `sigma2` is their mean square times
+        the factors (1 - reflection coefficient squared) of all orders. `covariance` is the limit
+        for long records: sigma2/n times the inverse of the model's covariance of p samples.
 
     Raises
     ------

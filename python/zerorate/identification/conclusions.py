@@ -18,14 +18,15 @@ if TYPE_CHECKING:
     from zerorate.noise.motion_check import Span
 
 _MIN_PREDICTABLE_SHARE: Final = 0.01
-"""Least predictable part of the residuals' variance that shows an incomplete model."""
+"""Smallest predictable share of the residuals' variance that shows an incomplete model."""
 
 _MAX_SLOW_RATIO: Final = 1.5
-"""Least ratio of slow variance to the model's that chance does not explain: for 100 segments of a
-known model the ratio scatters by a seventh."""
+"""Largest ratio of the slow variance to the model's slow variance that chance explains. For 100
+segments of a known model the ratio has a standard deviation of a seventh.
+"""
 
 _MAX_DISTANCE_SIGMAS: Final = 3.0
-"""Least difference of two estimates, in standard errors, that chance does not explain."""
+"""Largest difference of two estimates, in standard errors, that chance explains."""
 
 
 def conclusions(result: Identification) -> tuple[str, ...]:
@@ -39,8 +40,7 @@ def conclusions(result: Identification) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        Sentences on the record, the order, the residuals, the drift and the coefficients, in this
-        order.
+        Sentences on the record, order, residuals, drift and coefficients, in this order.
     """
     parts = (
         _describe_fitness,
@@ -135,26 +135,26 @@ def _describe_online(result: Identification) -> Iterator[str]:
 _MAX_SHOWN_SPANS: Final = 3
 
 _MAX_SLOW_SHARE: Final = 0.1
-"""Least share of the variance between segments at which a record is more than noise with a small
-drift."""
+"""Share of the variance between segments above which the record is more than noise with a small
+drift.
+"""
 
 _COARSE_STEP_SIGMAS: Final = 0.5
-"""Least ratio of step to standard deviation at which quantisation alone fails tests of
-normality."""
+"""Ratio of step to standard deviation above which quantisation alone fails tests of normality."""
 
 _MAX_ODDITY: Final = 0.1
-"""Skewness, or half the excess kurtosis, below which a distribution is Gaussian in practice."""
+"""Largest skewness, or half of the excess kurtosis, of a practically Gaussian distribution."""
 
 _REMEDY: Final = "subtract a linear trend, or use a filter with a random walk"
 
 
 def is_fit(result: Identification) -> bool:
-    """Return True if the record is at rest and has no drift without bound."""
+    """Return True if the record is at rest and its drift is bounded."""
     return not result.moving and not result.tests.adf.accepted and not _is_wandering(result.tests)
 
 
 def _describe_fitness(result: Identification) -> Iterator[str]:
-    """Yield sentences on the record's fitness for a model, with reasons."""
+    """Yield sentences on the suitability of the record for a model, with reasons."""
     tests = result.tests
     if result.moving:
         yield (
@@ -239,7 +239,7 @@ def _oddity(tests: RecordTests) -> float:
 
 
 def _describe_spans(spans: Sequence[Span]) -> str:
-    """Return up to three spans, the longest ones, and the number of further ones."""
+    """Return the three longest spans, and the number of the other spans."""
     longest = sorted(spans, key=lambda span: span.start - span.end)[:_MAX_SHOWN_SPANS]
     ordered = sorted(longest, key=lambda span: span.start)
     shown = [f"{span.start:.1f} to {span.end:.1f} s" for span in ordered]
@@ -255,7 +255,7 @@ def join_words(parts: Sequence[str]) -> str:
 
 
 def format_percent(part: float) -> str:
-    """Return a part in per cent, to two digits."""
+    """Return a share in per cent, with two digits."""
     return f"{format_significant(100.0 * part, 2)} %" if part >= 1e-4 else "less than 0.01 %"
 
 

@@ -22,12 +22,12 @@ class Correlogram:
     Attributes
     ----------
     lags : ndarray of int64, shape (m,)
-        Lags from 1 on, in samples.
+        Lags from 1 upwards, in samples.
     acf, pacf : ndarray of float64, shape (m,)
         Autocorrelation and partial autocorrelation.
     bound : float
-        1.96 / sqrt(n), within which 95 of 100 correlations of white noise lie (Bartlett). Gaps
-        leave fewer products; then it is the bound of the lag with the fewest.
+        1.96 / sqrt(n), the 95 % bound of correlations of white noise (Bartlett). With gaps there
+        are fewer products; then it is the bound of the lag with the fewest products.
     n : int
         Number of present samples.
 
@@ -48,7 +48,7 @@ class Correlogram:
 
 
 class Correlations(NamedTuple):
-    """Autocorrelations at lags 1 to m, the number of pairs of each, and the number of samples."""
+    """Autocorrelations at lags 1 to m, number of pairs of each, and number of samples."""
 
     acf: Floats
     pairs: Integers
@@ -59,7 +59,7 @@ class Correlations(NamedTuple):
         return Correlations(self.acf[:lags], self.pairs[:lags], self.n)
 
     def correlogram(self) -> Correlogram:
-        """Return the correlogram: with partial autocorrelations and the bound."""
+        """Return the correlogram with partial autocorrelations and the bound."""
         lags = np.arange(1, self.acf.size + 1)
         min_length = int(np.min(self.pairs + lags))
         bound = TWO_SIDED_95 / float(np.sqrt(min_length))
@@ -72,9 +72,10 @@ def autocorrelation(z: npt.ArrayLike, lags: int) -> Correlogram:
     Parameters
     ----------
     z : array_like, shape (n,)
-        Samples in any unit; those not finite are missing, and no product reaches across them.
+        Samples in any unit; values that are not finite count as missing. Products across missing
+        samples are left out.
     lags : int
-        The greatest lag, 1 to n - 1, within the longest stretch without a gap.
+        Greatest lag, from 1 to n - 1, and shorter than the longest stretch without a gap.
 
     Returns
     -------
@@ -89,9 +90,9 @@ def autocorrelation(z: npt.ArrayLike, lags: int) -> Correlogram:
 
     Notes
     -----
-    r_l = sum (z_k - m)(z_(k+l) - m) / sum (z_k - m)^2; with gaps the sum is scaled to the n - l
-    products of a whole record. Partial autocorrelations by the recursion of Durbin and Levinson;
-    G. E. P. Box, G. M. Jenkins, Time Series Analysis, sections 2.1 and 3.2.
+    r_l = sum (z_k - m)(z_(k+l) - m) / sum (z_k - m)^2. With gaps the sum is scaled to the n - l
+    products of a complete record. Partial autocorrelations follow from the recursion of Durbin and
+    Levinson. G. E. P. Box, G. M. Jenkins, Time Series Analysis, sections 2.1 and 3.2.
 
     Examples
     --------
@@ -104,7 +105,7 @@ def autocorrelation(z: npt.ArrayLike, lags: int) -> Correlogram:
 
 
 def compute_correlations(record: Floats, lags: int, wanted_lags: int = 0) -> Correlations:
-    """Return autocorrelations of a record whose samples differ.
+    """Return autocorrelations of a record that is not constant.
 
     Lags end at `lags`, or earlier than `wanted_lags` if no products exist at longer lags.
     """
@@ -125,7 +126,7 @@ def compute_correlations(record: Floats, lags: int, wanted_lags: int = 0) -> Cor
 def partial_autocorrelations(acf: Floats) -> Floats:
     """Return the partial autocorrelations by the recursion of Durbin and Levinson.
 
-    The result is NaN from the lag on at which no variance remains, as gaps or rounding may cause.
+    If gaps or rounding leave no variance at a lag, the result is NaN from this lag on.
     """
     pacf = np.full(acf.size, np.nan)
     phi, variance = np.empty(0), 1.0
@@ -143,22 +144,22 @@ _PREDICTOR_ORDER: Final = 20
 
 @dataclass(frozen=True, eq=False)
 class Whiteness:
-    """Predictable part of residuals.
+    """Test of residuals for whiteness, and their predictable share.
 
     Attributes
     ----------
     ljung_box : Verdict
-        The test of all lags together.
+        Test of all lags together.
     correlogram : Correlogram
-        The correlations lag by lag.
+        Correlations at each lag.
     outside_count : int
-        Number of lags whose autocorrelation is beyond the bound; for white noise, 1 in 20.
+        Number of lags with an autocorrelation beyond the bound; for white noise, 1 in 20.
     predictable : float
-        Share of the variance that an AR(20) of the residuals would still explain, 0 to 1. White
-        noise of n samples shows some 20/n by chance.
+        Share of the variance that an AR(20) model of the residuals would explain, 0 to 1. For white
+        noise of n samples it is about 20/n by chance.
     white : bool
-        True if the Ljung-Box test accepts. For a long record it rejects correlations too faint to
-        matter; `predictable` measures their importance.
+        True if the Ljung-Box test accepts. For a long record the test rejects even negligible
+        correlations; `predictable` measures their importance.
 
     Examples
     --------
@@ -177,16 +178,17 @@ class Whiteness:
 
 
 def ljung_box(z: npt.ArrayLike, lags: int = 20, fitted: int = 0) -> Verdict:
-    """Test all autocorrelations up to a lag together against those of white noise.
+    """Test all autocorrelations up to a lag together for white noise.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Residuals in any unit; those not finite are missing, and no product reaches across them.
+        Residuals in any unit; values that are not finite count as missing. Products across missing
+        samples are left out.
     lags : int, default 20
-        The greatest lag: more lags detect longer correlations, but each of them less well.
+        Greatest lag. More lags detect longer correlations, but each lag less well.
     fitted : int, default 0
-        Coefficients p + q of the model whose residuals these are; less than `lags`.
+        Number of coefficients p + q of the fitted model; less than `lags`.
 
     Returns
     -------
@@ -217,16 +219,16 @@ def ljung_box(z: npt.ArrayLike, lags: int = 20, fitted: int = 0) -> Verdict:
 
 
 def whiteness(residuals: npt.ArrayLike, lags: int = 20, fitted: int = 0) -> Whiteness:
-    """Test residuals for whiteness, and measure the part that is predictable.
+    """Test residuals for whiteness, and measure their predictable share.
 
     Parameters
     ----------
     residuals : array_like, shape (n,)
-        Residuals of a model, in any unit; those not finite are missing.
+        Residuals of a model, in any unit; values that are not finite count as missing.
     lags : int, default 20
-        The greatest lag to test.
+        Greatest lag to test.
     fitted : int, default 0
-        Coefficients p + q of the model; less than `lags`.
+        Number of coefficients p + q of the model; less than `lags`.
 
     Returns
     -------

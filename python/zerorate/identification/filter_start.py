@@ -1,4 +1,4 @@
-"""Drift filters that begin with an identified model."""
+"""Drift filters that start with an identified model."""
 
 import math
 from collections.abc import Sequence
@@ -20,12 +20,12 @@ Parts = dict[str, Floats | float]
 
 _MAX_ORDER: Final = 3
 
-# Fraction of the variance of phi(B) z below which a variance is rounding.
+# Share of the variance of phi(B) z below which a variance is rounding.
 _ROUNDING_SHARE: Final = 1e-9
 
 
 class NoiseSplit(NamedTuple):
-    """An AR(p) drift driven by noise of variance g, and white measurement noise of variance R."""
+    """AR(p) drift driven by noise of variance g, and white measurement noise of variance R."""
 
     g: float
     R: float
@@ -42,43 +42,44 @@ def make_filter(
     scale: float | None = None,
     **options: Any,  # noqa: ANN401
 ) -> DriftFilter:
-    """Return a drift filter of one signal that starts with this model, ready at its first sample.
+    """Return a drift filter of one signal that starts with this model, ready at once.
 
-    The model is split into an AR(p) drift driven by white noise of variance g and white noise of
-    variance R on the samples: exactly where that is possible (ARMA(1, 1) with phi > 0 > theta),
-    else the likeliest g and R. With "kf" the filter is optimal from the first sample on: over ten
-    minutes of a simulated ARMA(1, 1) its error is within 0.1 % of that of the Kalman filter with
-    the true model; a filter that starts without a model has three times that error.
+    The model is split into an AR(p) drift and white noise of variance R on the samples. White noise
+    of variance g drives the drift. The split is exact if possible (ARMA(1, 1) with phi > 0 >
+    theta); otherwise g and R have maximum likelihood. With "kf" the filter is optimal from the
+    first sample. Over ten minutes of a simulated ARMA(1, 1), its error is within 0.1 % of the error
+    of a Kalman filter with the true model. A filter that starts without a model has three times
+    this error.
 
-    A model without a white part, such as every AR(p), would return the samples unchanged. R is then
-    the model's Allan variance at the shortest averaging time, gamma_0 - gamma_1, to which Fu and
-    Han's recursion converges. A model whose spectrum does not rise towards low frequencies has no
-    drift (g = 0), and the estimate of "kf" is its mean.
+    A model without a white part, such as any AR(p), would return the samples unchanged. R is then
+    the model's Allan variance at the shortest averaging time, gamma_0 - gamma_1. Fu and Han's
+    recursion converges to this value. If the model's spectrum does not rise towards low
+    frequencies, it has no drift (g = 0), and the estimate of "kf" is its mean.
 
-    Like every `DriftFilter` it returns the compensated rate, or with ``output="estimate"`` the
-    estimate; the property `estimate` always has the latter.
+    Like every `DriftFilter` it returns the compensated rate, or the estimate with
+    ``output="estimate"``. The property `estimate` always has the estimate.
 
     Parameters
     ----------
     rate : float
-        Samples per second.
+        Sampling rate, Hz.
     method : {"kf", "akf", "fading", "robust"}
-        Method, as in `DriftFilter` except "auto", which learns its own start; default "fading".
-        Adaptive R and the weight of the process noise continue as if `startup` seconds had passed.
+        Method, as in `DriftFilter` but without "auto", which learns its own start. Default
+        "fading". Adaptive R and the weight of the process noise continue as after `startup`
+        seconds.
     adapt_for : float or None
-        Time, s, for which the filter continues to learn the coefficients, as if it had processed
-        the model's record; None is without end. Default: 0, constant coefficients. A model from
-        `ArmaModel.of` has no errors, so its coefficients always stay constant.
+        Time for which the filter continues to learn the coefficients, s. It continues as if it had
+        processed the model's record. None: no limit. Default: 0, constant coefficients. A model
+        from `ArmaModel.of` has no errors, so its coefficients stay constant.
     measurement_noise : float, optional
-        Variance R in the squared unit of the record. Default: that of the model.
+        Variance R, in the squared unit of the record. Default: the model's R.
     process_noise : float, optional
         Variance g of the noise that drives the drift, in the squared unit of the record. Default:
-        that of the model.
+        the model's g.
     offset : float, optional
-        Mean of the signal. Default: the mean of the model, or of its record if the model has no
-        mean.
+        Mean of the signal. Default: the mean of the model or, if it has none, of its record.
     scale : float, optional
-        Standard deviation of the signal. Default: that of the record, or of the model.
+        Standard deviation of the signal. Default: of the record, or of the model.
     **options
         Further arguments of `DriftFilter`: `output`, `motion`, `fading`, `forgetting_factor`,
         `noise`, `startup`, `process_noise_memory`.
@@ -86,8 +87,8 @@ def make_filter(
     Raises
     ------
     ValueError
-        If p or q is above 3, a number is out of range, or a model without mean or standard
-        deviation is used without `offset` or `scale`.
+        If p or q is above 3, a number is out of range, or `offset` or `scale` is missing and the
+        model does not have it.
 
     Examples
     --------
@@ -108,20 +109,20 @@ def to_filter(
     adapt_for: float | None = 0.0,
     **options: Any,  # noqa: ANN401
 ) -> DriftFilter:
-    """Return a drift filter of several axes, each starting with its own model.
+    """Return a drift filter of several axes; each axis starts with its own model.
 
     Parameters
     ----------
     models : sequence of ArmaModel
-        One model per axis. The filter has the largest of their orders; coefficients that a model
-        lacks are zero and stay zero.
+        One model per axis. The filter has the largest of their orders. Missing coefficients of a
+        model are zero and stay zero.
     rate, method, adapt_for, **options
-        As for `ArmaModel.to_filter`; the filter has `channels` = number of models.
+        As for `ArmaModel.to_filter`. `channels` is the number of models.
 
     Raises
     ------
     ValueError
-        If there is no model, or as for `ArmaModel.to_filter`.
+        If there is no model, or for the reasons of `ArmaModel.to_filter`.
 
     Examples
     --------
@@ -244,8 +245,8 @@ def _require_finite(name: str, value: float) -> float:
 def _coefficient_covariance(model: "ArmaModel", scale: float) -> Floats:
     """Return the covariance of [phi, theta, c / scale] over the innovation variance.
 
-    Samples are centred and scaled, so their regressors are orthogonal to the constant. With the
-    prior of one sample that least squares starts with: P (1 + P)^-1.
+    Samples are centred and scaled, so their regressors are orthogonal to the constant. Least
+    squares starts with a prior of one sample, which gives P (1 + P)^-1.
     """
     P = np.zeros_like(model.covariance)
     P[:-1, :-1] = model.covariance[:-1, :-1] * (scale**2 / model.sigma2)
@@ -257,7 +258,7 @@ def _coefficient_covariance(model: "ArmaModel", scale: float) -> Floats:
 
 
 def _constant_variance(model: "ArmaModel") -> float:
-    """Return the variance of the constant over that of the innovations, for centred samples."""
+    """Return the variance of the constant over the innovation variance, for centred samples."""
     if not model.n or not model.has_constant:
         return 0.0
     return at_one(model.theta) ** 2 / model.n
@@ -275,17 +276,18 @@ def _drift_covariance(phi: Floats, g: float, scale: float) -> Floats:
 def split_noise(
     phi: Floats, theta: Floats, sigma2: float, measurement_noise: float | None = None
 ) -> NoiseSplit:
-    """Return the drift and the white noise whose sum is the process, or approximates it best.
+    """Return the drift and white noise with the best approximation of the process by their sum.
 
-    w = phi(B) z has the autocovariance of theta(B) a, and must have that of a white g and of phi(B)
-    v: gamma_w(j) = g [j = 0] + R sum_i phi'_i phi'_(i+j), phi' = [1, -phi]. A solution is used if
-    one exists (ARMA(1, 1): R = -theta sigma2 / phi), else the non-negative g and R of maximum
-    likelihood. Least squares of gamma_w itself would find a drift of four times the variance of the
-    whole process in Fu and Han's ARMA(2, 1), whose spectrum has no drift.
+    w = phi(B) z has the autocovariance of theta(B) a. The split models it as the sum of white noise
+    g and phi(B) v: gamma_w(j) = g [j = 0] + R sum_i phi'_i phi'_(i+j), phi' = [1, -phi]. An exact
+    solution is used if it exists (ARMA(1, 1): R = -theta sigma2 / phi). Otherwise the non-negative
+    g and R have maximum likelihood. Least squares of gamma_w would be wrong: Fu and Han's ARMA(2,
+    1) has no drift in its spectrum, but would get a drift of four times the variance of the
+    process.
 
-    A model without an autoregression has no drift: its whole variance is R. Without a white part R
-    is the Allan variance at tau0, gamma_0 - gamma_1, to which the recursion of Fu & Han (2019),
-    equation 18, converges. A stated `measurement_noise` replaces R.
+    A model without an autoregression has no drift: its whole variance is R. For a model without a
+    white part, R is the Allan variance at tau0, gamma_0 - gamma_1. The recursion of Fu & Han
+    (2019), equation 18, converges to it. A stated `measurement_noise` replaces R.
     """
     if not np.any(phi):
         white = float(sigma2 * (1.0 + theta @ theta))
@@ -317,7 +319,7 @@ def _autocorrelate(coefficients: Floats, lags: int) -> Floats:
 
 
 def _fit_split(auto: Floats, moving: Floats) -> NoiseSplit:
-    """Return the g and R whose g + R |phi|^2 has the largest Whittle likelihood for |theta|^2.
+    """Return the g and R with the largest Whittle likelihood of g + R |phi|^2 for |theta|^2.
 
     The maximum is a least-squares fit with each frequency weighted by the fit itself.
     """
@@ -336,9 +338,9 @@ def _power_response(coefficients: Floats, frequencies: Floats) -> Floats:
 
 
 def _first_difference(phi: Floats, theta: Floats, sigma2: float) -> float:
-    """Return half the variance of z_k - z_(k-1), which exists for a random walk, too."""
+    """Return half the variance of z_k - z_(k-1), which is finite for a random walk."""
     if not at_one(-phi):
-        # phi(B) = (1 - B) rest(B): the difference has rest instead of phi.
+        # phi(B) = (1 - B) rest(B), so the difference has the polynomial rest in place of phi.
         rest = -np.cumsum(np.concatenate(([1.0], -phi)))[1:-1]
         return 0.5 * float(autocovariance(rest, theta, sigma2, 0)[0])
     if not is_stationary(phi):

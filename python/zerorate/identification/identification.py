@@ -1,4 +1,4 @@
-"""Identification of one axis: from a record at rest to a drift model."""
+"""Identification of one axis: a drift model from a record at rest."""
 
 from __future__ import annotations
 
@@ -41,37 +41,37 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Identification(Result):
-    """Tests and models of the record of one axis.
+    """Tests and models of one axis.
 
     Attributes
     ----------
     name, unit : str
         Name and unit of the axis.
     record : RecordSummary
-        Summary of the unprepared record.
+        Summary of the record before preparation.
     moving : tuple of Span
-        Spans without rest, s from its beginning.
+        Spans without rest, s from the beginning of the record.
     smooth : int
-        Samples of the moving average, 1 for none.
+        Width of the moving average in samples, 1 for none.
     prepared : Prepared
-        Prepared record, with a count of all changes.
+        Prepared record, with the number of samples changed in each step.
     tests : RecordTests
         Tests of stationarity and normality of the prepared record.
     correlogram : Correlogram
         Correlogram of the prepared record.
     ar_orders, arma_orders : OrderSelection
-        Criteria of every order.
+        Criteria of all orders.
     ar : ArmaModel
-        Autoregressive model of the clear choice of order, by least squares.
+        Autoregressive model of the clear choice of order, fitted by least squares.
     model : ArmaModel
-        ARMA model of the clear choice, or of the requested order.
+        ARMA model of the clear choice of order, or of the given order.
     order_given : bool
         True if the order was given.
     whiteness : Whiteness
         Whiteness of the residuals of `model`.
     online : Online or None
-        Fit of recursive least squares of the same order on the same record; None if it has no such
-        order.
+        Recursive least squares of the same order on the same record; None if it does not support
+        the order.
 
     Examples
     --------
@@ -101,17 +101,17 @@ class Identification(Result):
 
     @property
     def rate(self) -> float:
-        """Samples per second of the modelled record, Hz."""
+        """Sampling rate of the modelled record, Hz."""
         return self.prepared.rate or self.record.rate
 
     @property
     def residuals(self) -> Floats:
-        """Innovations of `model`, shape (n,), NaN for missing ones."""
+        """Innovations of `model`, shape (n,), NaN for missing samples."""
         return self.model.residuals(self.prepared.data)
 
     @cached_property
     def slow_ratio(self) -> float:
-        """Variance of the segments' means over that of `model`, about 1 at best."""
+        """Variance of the segments' means over the model's; about 1 if the model is complete."""
         return compute_slow_ratio(self)
 
     @property
@@ -120,7 +120,7 @@ class Identification(Result):
         return conclusions(self)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all numbers as JSON can hold them: without NaN or infinity."""
+        """Return all numbers in types of JSON, without NaN or infinity."""
         return as_dict(self)
 
 
@@ -139,9 +139,9 @@ class OnlineFit:
     samples : ndarray of int64, shape (m,)
         Number of processed samples at each recorded time, evenly spaced in its logarithm.
     coefficients : ndarray, shape (m, p + q + 1)
-        [phi, theta, c] at these times, c in the unit of the record.
+        [phi, theta, c] at these times; c in the unit of the record.
     distance : ndarray, shape (p + q,)
-        Distance of the last phi and theta from the offline estimates, in standard errors.
+        Difference of the last phi and theta from the offline estimates, in standard errors.
     """
 
     samples: Integers
@@ -155,20 +155,20 @@ class OnlineFit:
 
 
 def learn_online(record: Floats, offline: ArmaModel) -> OnlineFit | None:
-    """Return the online fit of a record by recursive least squares of the offline model's order.
+    """Return an online fit of a record by recursive least squares, in the offline model's order.
 
     Parameters
     ----------
     record : ndarray, shape (n,)
-        NaN where missing.
+        Record, NaN where missing.
     offline : ArmaModel
         Offline model of the same record.
 
     Returns
     -------
     Online or None
-        None for orders without an autoregressive part or above 3, and for a record of at most 100
-        samples, the start-up.
+        Online fit. None for orders without an autoregressive part or above 3, and for a record of
+        at most 100 samples, the length of the start-up.
     """
     p, q = offline.order
     if not 1 <= p <= _MAX_ORDER or q > _MAX_ORDER or record.size <= _STARTUP_SAMPLES:
@@ -197,7 +197,7 @@ def _sigma_distance(last: Floats, offline: ArmaModel) -> Floats:
 Method = Literal["css", "exact"]
 
 MIN_SAMPLES: Final = 200
-"""Least number of samples: with fewer the tests have no power."""
+"""Smallest number of samples: with fewer the tests have no power."""
 
 _CORRELOGRAM_LAGS: Final = 40
 _RESIDUAL_LAGS: Final = 20
@@ -237,13 +237,12 @@ def identify(
     z : array_like, shape (n,)
         Record of one axis, NaN where a sample is missing.
     rate : float
-        Samples per second, Hz; by default that of a `Log`.
+        Sampling rate, Hz. Default: the rate of a `Log`.
     name, unit : str
-        Name and unit of the axis, for the report; by default those of a `Log`, or from the name of
-        a column.
+        Name and unit of the axis, for the report. Default: from a `Log`, or from the name of a
+        column.
     order : (int, int), optional
-        Orders p, q of the model; by default those of the smallest model whose criterion is
-        close to the minimum.
+        Orders p, q of the model. Default: the smallest model with a criterion close to the minimum.
     max_order : int
         Largest order of the autoregressive models.
     max_p, max_q : int
@@ -251,21 +250,21 @@ def identify(
     criterion : str
         Criterion for the choice of orders: "fpe", "aic", "aicc", "bic" or "hq".
     segments : int
-        Number of segments that the tests of stationarity compare; fewer if a segment would have
-        less than 10 samples.
+        Number of segments in the tests of stationarity; fewer if a segment would have less than 10
+        samples.
     method : str
-        Estimation of the ARMA model: "css", the conditional sum of squares, or "exact", the
-        likelihood.
+        Estimation of the ARMA model. "css": conditional sum of squares. "exact": likelihood.
     progress : callable, optional
         Called with the step's name and the fraction done. Default: a bar in a notebook.
     **preparation
         ``smooth``, ``outliers``, ``window``, ``threshold``, ``trend`` and ``decimate`` of
-        `prepare`; by default the record is unchanged, and the models have a constant for its mean.
+        `prepare`. By default the record is unchanged, and the models have a constant for its mean.
 
     Returns
     -------
     Identification
-        Tests, criteria and models; `verdict` has the conclusions as sentences, `plot` the figure.
+        Tests, criteria and models. `verdict` has the conclusions as sentences; `plot` draws the
+        figure.
 
     Raises
     ------
@@ -274,8 +273,8 @@ def identify(
 
     Notes
     -----
-    Fu and Han (2019), section 1.1: orders by a criterion, residuals tested for whiteness. Bao and
-    Yuan: reverse arrangements of segments.
+    From Fu and Han (2019), section 1.1: orders by a criterion, and a test of the residuals for
+    whiteness. From Bao and Yuan: reverse arrangements of segments.
 
     Examples
     --------
@@ -326,7 +325,7 @@ def identify(
 def _fit_model(
     data: Floats, order: tuple[int, int] | None, selection: OrderSelection, method: Method
 ) -> ArmaModel:
-    """Return the model of an order, with the comparison's result as the start if there is one."""
+    """Return the model of an order; the search starts from the comparison's result if present."""
     p, q = order or selection.clear
     start = dict(zip(selection.orders, selection.coefficients, strict=True)).get((p, q))
     return fit_arma(data, p, q, method=method, start=start)
@@ -340,8 +339,9 @@ def _prepare_record(record: Floats, rate: float, preparation: Preparation) -> Pr
 
 
 _MAX_SIZE_RATIO: Final = 1e8
-"""Largest distance from the median, in median distances: with the square of a larger one all others
-are rounding."""
+"""Largest distance from the median, in median distances: squares of larger ones would reduce all
+others to rounding.
+"""
 
 
 def _check_sizes(data: Floats) -> None:
@@ -360,14 +360,14 @@ def _check_sizes(data: Floats) -> None:
 
 
 _MIN_MEANS: Final = 30
-"""Least number of residuals, which determines their variance to 25 %."""
+"""Smallest number of residuals, which determines their variance to 25 %."""
 
 
 def compute_slow_ratio(result: Identification) -> float:
-    """Return the variance of the segments' means over that of the model.
+    """Return the variance of the segments' means over the variance from the model.
 
-    Orders are chosen by the prediction of the next sample, to which a slow drift contributes
-    little. A model can leave white residuals and lack the drift; this ratio is then large.
+    Orders are chosen by the prediction of the next sample. A slow drift contributes little to it,
+    so a model with white residuals can lack the drift. This ratio is then large.
 
     Parameters
     ----------
@@ -377,8 +377,8 @@ def compute_slow_ratio(result: Identification) -> float:
     Returns
     -------
     float
-        About 1 if the model is complete; NaN if fewer than 30 segments have samples or the model is
-        not stationary.
+        Ratio, about 1 if the model is complete. NaN if fewer than 30 segments have samples or the
+        model is not stationary.
     """
     means = result.tests.segment_means[np.isfinite(result.tests.segment_means)]
     if means.size < _MIN_MEANS or not result.model.stationary:

@@ -1,4 +1,4 @@
-"""A small neural network as the state equation of a gyro's noise, compared with an AR model."""
+"""Small neural network as the state equation of a gyro's noise, compared with an AR model."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ MAX_HIDDEN: Final = 8
 MAX_INPUTS: Final = 64
 MAX_TRAINING_SAMPLES: Final = 20_000
 SAMPLES_PER_WEIGHT: Final = 50
-"""Least number of samples for each weight: with fewer, a gain is chance."""
+"""Smallest number of samples per weight: with fewer, a gain is chance."""
 
 MIN_GAIN: Final = 0.01
 MAX_LIMIT_CYCLE: Final = 0.01
 FREE_RUN_STEPS: Final = 3000
-"""Steps of a free run; the last third shows the permanent behaviour."""
+"""Number of steps of a free run; its last third shows the steady behaviour."""
 
 MAX_ROUNDS: Final = 200
 COST_TOLERANCE: Final = 1e-10
@@ -35,31 +35,31 @@ MAX_DAMPING: Final = 1e12
 
 @dataclass(frozen=True, eq=False)
 class NetworkModel:
-    """Network of tanh units and a linear output that predicts the next sample from the last ones.
+    """Network of tanh units with a linear output; it predicts a sample from the last samples.
 
-    ``z_k = mean + scale (output @ tanh(weights @ x + biases) + offset) + a_k`` with ``x = (past -
-    mean) / scale`` and ``past`` the last samples, the newest first.
+    ``z_k = mean + scale (output @ tanh(weights @ x + biases) + offset) + a_k``, with ``x = (past -
+    mean) / scale``. ``past`` has the last samples, newest first.
 
     Attributes
     ----------
     weights : ndarray, shape (hidden, inputs)
         Weights from the inputs to the units.
     biases, output : ndarray, shape (hidden,)
-        Biases of the units, and weights from them to the output.
+        Biases of the units, and weights from the units to the output.
     offset : float
         Offset of the output.
     mean, scale : float
         Mean and standard deviation of the training samples, in their unit.
     n, held_out : int
-        Number of training steps, and of later steps for the test.
+        Number of training steps, and of later test steps.
     rmse, ar_rmse : float
-        RMS one-step errors on the test steps, in the unit of the record: ``rmse`` of the network,
-        ``ar_rmse`` of an autoregression with the same number of inputs, fitted to the same samples.
+        RMS one-step error on the test steps, in the unit of the record: of the network, and of an
+        autoregression. The autoregression has the same inputs and training samples.
     limit_cycle : float
-        Standard deviation of the free-running network, over that of the record: 0 unless it
-        oscillates by itself.
+        Standard deviation of the free-running network over the standard deviation of the record; 0
+        if it does not oscillate.
     ar : ArmaModel
-        The autoregression.
+        Autoregression with the same inputs.
 
     Examples
     --------
@@ -96,22 +96,22 @@ class NetworkModel:
 
     @property
     def gain_over_ar(self) -> float:
-        """Relative reduction of the error from that of the AR model: 0.01 is one per cent."""
+        """Relative reduction of the AR model's error: 0.01 is one per cent."""
         return 1.0 - self.rmse / self.ar_rmse
 
     @property
     def verdict(self) -> NetworkVerdict:
-        """Verdict on the use of the network: "gain", "no gain" or "oscillates".
+        """Verdict on the network: "gain", "no gain" or "oscillates".
 
-        "oscillates": the free-running network keeps more than 0.01 of the record's standard
-        deviation. "no gain": less than one per cent.
+        "oscillates": the standard deviation of the free-running network exceeds 0.01 of the
+        record's. "no gain": the error is reduced by less than one per cent.
         """
         if self.limit_cycle > MAX_LIMIT_CYCLE:
             return "oscillates"
         return "gain" if self.gain_over_ar >= MIN_GAIN else "no gain"
 
     def step(self, past: npt.ArrayLike) -> Floats:
-        """Return the next value, shape (…,), from past ones, shape (…, inputs), newest first."""
+        """Return the next value, shape (…,), from past values, shape (…, inputs), newest first."""
         x = self._scale_inputs(past)
         units = np.tanh(x @ self.weights.T + self.biases)
         return self.mean + self.scale * (units @ self.output + self.offset)
@@ -119,7 +119,7 @@ class NetworkModel:
     def gradient(self, past: npt.ArrayLike) -> Floats:
         """Return the derivatives of the next value by each input, in the shape of `past`.
 
-        It is the first row of the transition matrix of an extended Kalman filter.
+        They are the first row of the transition matrix of an extended Kalman filter.
         """
         slopes = 1.0 - np.tanh(self._scale_inputs(past) @ self.weights.T + self.biases) ** 2
         return (slopes * self.output) @ self.weights
@@ -142,20 +142,19 @@ class NetworkModel:
 def fit_network(
     z: npt.ArrayLike, inputs: SupportsIndex = 5, hidden: SupportsIndex = 2, seed: int = 0
 ) -> NetworkModel:
-    """Train a network to predict the next sample from the last ones, and compare it with AR.
+    """Train a network to predict the next sample, and compare it with an AR model.
 
-    The network is trained on the first half of the record, at most 20,000 samples, and tested on
-    the rest, against an autoregression with as many inputs and in a free run. On gyros at rest it
-    has no gain: `gain_over_ar` is below one per cent on every recording tried. A network with a
-    gain may have learned to oscillate by itself, and so would a filter with it: read `verdict`
-    first.
+    The network is trained on the first half of the record, at most 20,000 samples. The rest tests
+    it against an autoregression with the same number of inputs. A free run shows if it oscillates.
+    On all tested gyros at rest, `gain_over_ar` is below one per cent. A network with a gain may
+    have learned to oscillate, and a filter with it would oscillate, too. Read `verdict` first.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Record of one axis at rest, any unit; samples that are not finite or masked are missing.
+        Record of one axis at rest, any unit; values that are masked or not finite count as missing.
     inputs : int, default 5
-        Number of past samples for a step, 1 to 64.
+        Number of past samples in a step, 1 to 64.
     hidden : int, default 2
         Number of tanh units, 1 to 8.
     seed : int, default 0
@@ -164,15 +163,15 @@ def fit_network(
     Returns
     -------
     NetworkModel
-        The weights, with `gain_over_ar`, `limit_cycle` and `verdict`.
+        Network with `gain_over_ar`, `limit_cycle` and `verdict`.
 
     Raises
     ------
     TypeError
-        If `z` does not hold real numbers, or `inputs` or `hidden` are no whole numbers.
+        If `z` does not hold real numbers, or `inputs` or `hidden` is not a whole number.
     ValueError
-        If `z` is not one axis, has fewer than 50 samples to train a weight on, or is constant or
-        too large to be squared; or a number is out of range.
+        If `z` is not one axis, has fewer than 50 training samples per weight, is constant, or is
+        too large to be squared; or if a number is out of range.
 
     Notes
     -----
@@ -237,7 +236,7 @@ def _past_windows(record: Floats, inputs: int) -> Floats:
 
 
 def _training_pairs(record: Floats, inputs: int) -> tuple[Floats, Floats]:
-    """Return past and next samples of every step without a missing sample."""
+    """Return the past samples and the next sample of every step without a missing sample."""
     past, then = _past_windows(record, inputs), record[inputs:]
     there = np.isfinite(then) & np.isfinite(past).all(axis=1)
     return np.ascontiguousarray(past[there]), then[there]
@@ -254,7 +253,7 @@ def _unpack_weights(
 def _initial_weights(
     inputs: int, hidden: int, x: Floats, y: Floats, rng: np.random.Generator
 ) -> Floats:
-    """Return random weights, small enough that no unit is saturated, with the best output."""
+    """Return small random weights, which saturate no unit, with the best output."""
     w = rng.standard_normal((hidden, inputs)) / np.sqrt(inputs)
     b = 0.5 * rng.standard_normal(hidden)
     units = np.column_stack([np.tanh(x @ w.T + b), np.ones(y.size)])
@@ -262,13 +261,13 @@ def _initial_weights(
 
 
 def _train(theta: Floats, x: Floats, y: Floats, inputs: int, hidden: int) -> Floats:
-    """Return the weights with the least sum of squares (Levenberg-Marquardt)."""
+    """Return the weights with the smallest sum of squares (Levenberg-Marquardt)."""
     damping, cost = 1e-3, _cost(theta, x, y, inputs, hidden)
     for _ in range(MAX_ROUNDS):
         normal, slope = _normal_equations(theta, x, y, inputs, hidden)
         before = cost
         while damping < MAX_DAMPING:
-            # Marquardt's scaling: each weight has its own scale.
+            # Marquardt's scaling gives each weight its own scale.
             damped = normal + damping * np.diag(np.diag(normal) + 1e-12)
             candidate = theta + np.linalg.solve(damped, slope)
             candidate_cost = _cost(candidate, x, y, inputs, hidden)
@@ -302,7 +301,7 @@ def _rms(error: Floats) -> float:
 
 
 def _limit_cycle(model: NetworkModel, past: Floats) -> float:
-    """Return the standard deviation of the last third of a free run, over that of the record."""
+    """Return the standard deviation of the last third of a free run, over the record's."""
     x, path = past.copy(), np.empty(FREE_RUN_STEPS)
     for k in range(FREE_RUN_STEPS):
         path[k] = np.tanh(model.weights @ x + model.biases) @ model.output + model.offset

@@ -1,4 +1,4 @@
-"""Tests of normality: Jarque and Bera's, Anderson and Darling's."""
+"""Tests of normality: Jarque-Bera and Anderson-Darling."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _CHI_SQUARED_95: Final = 5.991464547107979
 
 _ANDERSON_DARLING_95: Final = 0.752
 _MAX_STATISTIC: Final = 13.0
-"""Limit of the published probabilities."""
+"""Largest statistic for which the published probabilities are valid."""
 
 _PROBABILITY_PIECES: Final[tuple[tuple[float, bool, tuple[float, float, float]], ...]] = (
     (0.2, True, (-13.436, 101.14, -223.73)),
@@ -26,25 +26,27 @@ _PROBABILITY_PIECES: Final[tuple[tuple[float, bool, tuple[float, float, float]],
     (0.6, False, (0.9177, -4.279, -1.38)),
     (math.inf, False, (1.2937, -5.709, 0.0186)),
 )
-"""Upper end, flag for 1 minus the exponential, and the polynomial in its exponent."""
+"""For each range of the statistic: upper end, flag for 1 minus the exponential, and polynomial in
+its exponent.
+"""
 
 _MIN_DISTINCT_SHARE: Final = 0.1
-"""Largest share of distinct values at which a record counts as coarse."""
+"""Share of distinct values below which a record counts as coarse."""
 
 
 def jarque_bera(z: npt.ArrayLike) -> Verdict:
-    """Test skewness and kurtosis against those of a Gaussian.
+    """Test skewness and kurtosis for a Gaussian distribution.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Samples in any unit, at least 8; those not finite are missing.
+        Samples in any unit, at least 8; values that are not finite count as missing.
 
     Returns
     -------
     Verdict
-        Its probability holds for some thousands of independent samples or more; for fewer the test
-        rejects less often than stated, for correlated ones more often.
+        Result. Its probability is valid for some thousands of independent samples or more. With
+        fewer samples the test rejects less often than stated, with correlated samples more often.
 
     Raises
     ------
@@ -55,8 +57,8 @@ def jarque_bera(z: npt.ArrayLike) -> Verdict:
 
     Notes
     -----
-    JB = n (S^2 + (K - 3)^2 / 4) / 6, chi-squared with 2 degrees of freedom, so p = exp(-JB/2):
-    C. M. Jarque, A. K. Bera, International Statistical Review 55(2), 1987.
+    JB = n (S^2 + (K - 3)^2 / 4) / 6 is chi-squared with 2 degrees of freedom, so p = exp(-JB/2). C.
+    M. Jarque, A. K. Bera, International Statistical Review 55(2), 1987.
 
     Examples
     --------
@@ -82,18 +84,18 @@ def jarque_bera(z: npt.ArrayLike) -> Verdict:
 
 
 def anderson_darling(z: npt.ArrayLike) -> Verdict:
-    """Test the whole distribution against a Gaussian one, its tails above all.
+    """Test the whole distribution, above all its tails, for a Gaussian distribution.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Samples in any unit, at least 8; those not finite are missing.
+        Samples in any unit, at least 8; values that are not finite count as missing.
 
     Returns
     -------
     Verdict
-        With `note` if the record is coarse: the test also sees the steps of quantisation, and
-        rejects a long record for them alone.
+        Result, with a `note` if the record is coarse. The test also detects the steps of
+        quantisation, and rejects a long record because of them alone.
 
     Raises
     ------
@@ -104,8 +106,8 @@ def anderson_darling(z: npt.ArrayLike) -> Verdict:
 
     Notes
     -----
-    Mean and variance are estimated; the statistic is A^2 (1 + 0.75/n + 2.25/n^2) and its
-    probability the published fit: M. A. Stephens in R. B. D'Agostino, M. A. Stephens,
+    Mean and variance are estimated. The statistic is A^2 (1 + 0.75/n + 2.25/n^2), and its
+    probability follows the published fit: M. A. Stephens in R. B. D'Agostino, M. A. Stephens,
     Goodness-of-Fit Techniques, tables 4.7 and 4.9.
 
     Examples

@@ -1,4 +1,4 @@
-"""Orders of a model by information criteria."""
+"""Choice of a model's order by information criteria."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ CRITERIA: Final[tuple[Criterion, ...]] = get_args(Criterion)
 
 @dataclass(frozen=True, eq=False)
 class OrderSelection:
-    """Models of several orders over the same residuals, with the choice of one.
+    """Models of several orders, fitted to the same residuals, and the chosen order.
 
     Attributes
     ----------
     kind : str
         "ar" or "arma".
     criterion : str
-        Criterion of `minimum` and `clear`.
+        Name of the criterion for `minimum` and `clear`.
     margin : float
-        Largest excess of the criterion for a smaller model, see `select_order`.
+        Largest excess of the criterion for a smaller model (see `select_order`).
     n : int
-        Number of residuals, common to all orders.
+        Number of residuals; it is the same for all orders.
     orders : tuple of (p, q), length m
-        Orders compared.
+        Compared orders.
     sigma2 : ndarray, shape (m,)
-        Variance of the residuals, their sum of squares over n, in the square of the record's unit.
+        Mean square of the residuals, in the squared unit of the record.
     n_coefficients : ndarray of float, shape (m,)
-        k = p + q, one more with a constant.
+        k = p + q, plus one with a constant.
     coefficients : tuple of ndarray, length m or 0
-        Results of the search for "arma", [phi, theta, c]: starts for `fit_arma`.
+        Estimates [phi, theta, c] for "arma"; `fit_arma` can start from them.
 
     Examples
     --------
@@ -68,7 +68,7 @@ class OrderSelection:
 
     @cached_property
     def fpe(self) -> Floats:
-        """Final prediction errors, shape (m,), in the square of the record's unit."""
+        """Final prediction errors, shape (m,), in the squared unit of the record."""
         return fpe(self.sigma2, self.n, self.n_coefficients)
 
     @cached_property
@@ -99,19 +99,19 @@ class OrderSelection:
 
     @property
     def minimum(self) -> Order:
-        """Orders (p, q) where the criterion is least."""
+        """Orders (p, q) with the smallest criterion."""
         return self.orders[self.scores.argmin()]
 
     @property
     def clear(self) -> Order:
-        """Orders (p, q) of the fewest coefficients within `margin` of the least."""
+        """Orders (p, q) with the fewest coefficients within `margin` of the minimum."""
         scores = self.scores
         beyond = scores > scores.min() + self.margin
         return self.orders[np.lexsort((scores, self.n_coefficients, beyond))[0]]
 
     @property
     def order(self) -> Order:
-        """The orders (p, q) to take: `clear`."""
+        """Recommended orders (p, q): `clear`."""
         return self.clear
 
 
@@ -125,46 +125,47 @@ def select_order(
     margin: float = 10.0,
     method: ArMethod = "least-squares",
 ) -> OrderSelection:
-    """Compare models with a constant of several orders over the same residuals.
+    """Compare models of several orders, with a constant, on the same residuals.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Record of one axis, any unit; samples that are not finite or masked are missing.
+        Record of one axis, any unit; values that are masked or not finite count as missing.
     kind : str, default "ar"
-        "ar": autoregressions of orders 0 to `max_order`; "arma": orders (0, 0) to (`max_p`,
+        "ar": autoregressions of orders 0 to `max_order`. "arma": orders (0, 0) to (`max_p`,
         `max_q`).
     criterion : str, default "fpe"
-        "fpe", "aic", "aicc", "bic" or "hq", see the functions of these names.
+        "fpe", "aic", "aicc", "bic" or "hq"; the functions of these names describe them.
     max_order, max_p, max_q : int
-        The highest orders.
+        Highest orders to compare.
     margin : float, default 10.0
-        A higher order is chosen only if it gains more than this. A long record shows every ripple
-        of its spectrum, so the plain minimum (`margin` 0) is at an order with meaningless last
-        coefficients: a gain of 1 or 2 decides nothing, and a model is without support only if it is
-        worse by more than 10 (Burnham and Anderson, *Model Selection and Multimodel Inference*, 2nd
-        ed., 2002, section 2.6).
+        A higher order is chosen only if it reduces the criterion by more than this. With `margin` 0
+        the choice is the plain minimum. A long record shows every ripple of its spectrum, so the
+        last coefficients at the minimum have no meaning. A gain of 1 or 2 is insignificant; only
+        models worse by more than 10 have no support (Burnham and Anderson, *Model Selection and
+        Multimodel Inference*, 2nd ed., 2002, section 2.6).
     method : str, default "least-squares"
-        Estimator of the residual variances of autoregressions. With "burg" and "yule-walker" these
-        are those of the recursion and n is the number of samples, as in R's ``ar``.
+        Estimator of the residual variances of autoregressions. "burg" and "yule-walker" take the
+        variances of the recursion, and n is the number of samples, as in R's ``ar``.
 
     Returns
     -------
     OrderSelection
-        n counts the samples with `max_order` others before them in their stretch.
+        Comparison. n counts the samples with at least `max_order` samples before them in their
+        stretch.
 
     Raises
     ------
     TypeError
-        If `z` does not hold real numbers or an order is not whole.
+        If `z` does not hold real numbers, or an order is not a whole number.
     ValueError
-        If an argument is not one of those above, or `z` is not one axis, too short for the highest
-        order, constant, or free of noise.
+        If an argument is not valid, or `z` is not one axis, too short for the highest order,
+        constant, or free of noise.
 
     Notes
     -----
-    FH section 1.1 chooses the order after which the criterion hardly falls any further; `clear`
-    defines that.
+    Fu and Han, section 1.1, choose the order after which the criterion hardly decreases. `clear`
+    defines this choice exactly.
 
     Examples
     --------
@@ -208,14 +209,14 @@ def _check_choice(name: str, value: str, known: Sequence[str]) -> None:
 
 
 def scores_above_minimum(orders: OrderSelection, name: Criterion) -> Floats:
-    """Return the excess of a criterion over its minimum for every order, on the scale of N ln.
+    """Return the excess of a criterion over its minimum for every order.
 
     Parameters
     ----------
     orders : OrderSelection
-        Its criteria.
+        Compared orders.
     name : str
-        One of `CRITERIA`.
+        Name of the criterion from `CRITERIA`.
     """
     scores = replace(orders, criterion=name).scores
     return np.asarray(scores - scores.min())
@@ -224,13 +225,14 @@ def scores_above_minimum(orders: OrderSelection, name: Criterion) -> Floats:
 def fpe(sigma2: npt.ArrayLike, n: int, k: npt.ArrayLike) -> Floats:
     """Return the final prediction error, sigma2 (n + k) / (n - k).
 
-    The variance with which the fitted model forecasts another record of its process, in the square
-    of the record's unit.
+    It is the variance of the fitted model's prediction error on another record of the process. The
+    unit is the squared unit of the record.
 
     Notes
     -----
-    With a constant, k = p + 1, this is the form (n + p + 1) / (n - p - 1) of Akaike, "Fitting
-    autoregressive models for prediction", Ann. Inst. Stat. Math. 21, 1969; without one, k = p.
+    With a constant k = p + 1, which gives (n + p + 1) / (n - p - 1) of Akaike, "Fitting
+    autoregressive models for prediction", Ann. Inst. Stat. Math. 21, 1969. Without a constant k =
+    p.
 
     Examples
     --------
@@ -249,11 +251,11 @@ def aic(sigma2: npt.ArrayLike, n: int, k: npt.ArrayLike) -> Floats:
 def aicc(sigma2: npt.ArrayLike, n: int, k: npt.ArrayLike) -> Floats:
     """Return Akaike's criterion for short records, n ln sigma2 + 2 k n / (n - k - 1).
 
-    Infinite for n <= k + 1.
+    It is infinite for n <= k + 1.
     """
     k = np.asarray(k)
     freedom = n - k - 1.0
-    # A short record is no reason to divide by zero.
+    # Avoid a division by zero for short records.
     cost = np.where(freedom > 0.0, 2.0 * n * k / np.where(freedom > 0.0, freedom, 1.0), np.inf)
     return _misfit(sigma2, n) + cost
 

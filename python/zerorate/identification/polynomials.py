@@ -13,7 +13,7 @@ from zerorate.types import Floats
 
 Complexes = npt.NDArray[np.complex128]
 
-# A double root is found to half of the digits: closer roots than this are the same.
+# A double root is accurate to half of the digits, so closer roots count as equal.
 _ROOT_TOLERANCE: Final = 1e-7
 _EPS: Final = float(np.finfo(np.float64).eps)
 
@@ -21,7 +21,7 @@ _EPS: Final = float(np.finfo(np.float64).eps)
 def inverse_roots(coefficients: Floats) -> Complexes:
     """Return the reciprocal roots of 1 + c_1 x + ... + c_n x^n, largest first.
 
-    They stay finite where the last coefficients are zero, and inside the unit circle where the
+    They stay finite if the last coefficients are zero. They are inside the unit circle if the
     polynomial is stationary or invertible.
     """
     roots = np.roots(np.concatenate(([1.0], coefficients))).astype(np.complex128)
@@ -29,9 +29,10 @@ def inverse_roots(coefficients: Floats) -> Complexes:
 
 
 def at_one(coefficients: Floats) -> float:
-    """Return 1 + c_1 + ... + c_n, rounded once: near a unit root nothing else is left.
+    """Return 1 + c_1 + ... + c_n, rounded once.
 
-    What the coefficients' own rounding may have left of a unit root is 0.
+    Near a unit root the sum is almost zero. A remainder that may come from the coefficients'
+    rounding is set to 0.
     """
     value = math.fsum((1.0, *coefficients.tolist()))
     return value if abs(value) > _EPS * float(np.abs(coefficients).sum()) else 0.0
@@ -39,7 +40,7 @@ def at_one(coefficients: Floats) -> float:
 
 def is_stationary(phi: Floats) -> bool:
     """Return True if all reciprocal roots of 1 - phi_1 x - ... lie inside the unit circle."""
-    if np.abs(phi).sum() < 1.0:  # sufficient, and quick
+    if np.abs(phi).sum() < 1.0:  # sufficient and fast
         return True
     return at_one(-phi) > 0.0 and bool(np.all(np.abs(inverse_roots(-phi)) < 1.0))
 
@@ -56,19 +57,19 @@ def psi_weights(phi: Floats, theta: Floats, n: int) -> Floats:
 
 
 def ma_coefficients(phi: Floats, psi: Floats) -> Floats:
-    """Return theta of the weights psi, the inverse of `psi_weights`."""
+    """Return theta from the weights psi, the inverse of `psi_weights`."""
     product = np.convolve(np.concatenate(([1.0], -phi)), psi)[: psi.size]
     return np.asarray(product[1:])
 
 
 def trim_zeros(coefficients: Floats, tolerance: float) -> Floats:
-    """Return the coefficients without the last ones that are zero to a tolerance."""
+    """Return the coefficients without final zeros, to a tolerance."""
     large = np.flatnonzero(np.abs(coefficients) > tolerance)
     return coefficients[: int(large[-1]) + 1 if large.size else 0]
 
 
 def cancel_common_roots(phi: Floats, theta: Floats) -> tuple[Floats, Floats]:
-    """Return phi and theta without the roots that both have."""
+    """Return phi and theta without their common roots."""
     poles, zeros = list(inverse_roots(-phi)), list(inverse_roots(theta))
     common = 0
     for pole in tuple(poles):
@@ -87,16 +88,17 @@ def _from_inverse_roots(roots: list[np.complex128]) -> Floats:
 
 
 class Mode(NamedTuple):
-    """One real root of an autoregression, or a pair of complex ones.
+    """One real root of an autoregression, or a pair of complex roots.
 
     Attributes
     ----------
     root : complex
-        Of 1 - phi_1 x - ..., the one with an imaginary part >= 0 of a pair.
+        Root of 1 - phi_1 x - ...; of a pair, the root with an imaginary part >= 0.
     time_constant : float
-        Seconds in which it decays by e; infinite or negative where it does not decay.
+        Time in which the mode decays by the factor e, s; infinite or negative if it does not decay.
     frequency : float
-        Of its oscillation in Hz: 0 for a positive real root, rate / 2 for a negative one.
+        Frequency of the oscillation, Hz: 0 for a positive real root, rate / 2 for a negative real
+        root.
     damping : float
         Ratio to the critical damping: 1 for a plain decay, 0 for an undamped oscillation.
     """
@@ -108,13 +110,13 @@ class Mode(NamedTuple):
 
 
 def modes(reciprocal: npt.NDArray[np.complex128], rate: float) -> tuple[Mode, ...]:
-    """Return the modes of reciprocal roots that are not zero, slowest decay first."""
+    """Return the modes of nonzero reciprocal roots, slowest decay first."""
     upper = [complex(pole) for pole in reciprocal if pole.imag >= 0.0 and pole != 0.0]
     return tuple(_mode(pole, rate) for pole in upper)
 
 
 def _mode(pole: complex, rate: float) -> Mode:
-    # The sampled exp(s / rate).
+    # A continuous pole s becomes exp(s / rate).
     s = complex(np.log(pole)) * rate
     time = -1.0 / s.real if s.real else np.inf
     damping = -s.real / abs(s) if s else 0.0
@@ -128,8 +130,9 @@ def autocovariance(phi: Floats, theta: Floats, sigma2: float, lags: int) -> Floa
     """Return gamma_0 ... gamma_lags of a stationary ARMA(p, q) process.
 
     Multiplying the model by z_(k-j) and taking the mean gives gamma_j - sum_i phi_i gamma_|j-i| =
-    sigma2 sum_(i>=j) theta_i psi_(i-j), p + 1 linear equations for the first lags and a recursion
-    for the rest (Brockwell and Davis, "Time Series: Theory and Methods", 1991, section 3.3).
+    sigma2 sum_(i>=j) theta_i psi_(i-j). These are p + 1 linear equations for the first lags, and a
+    recursion for the rest (Brockwell and Davis, "Time Series: Theory and Methods", 1991, section
+    3.3).
     """
     p, n = phi.size, max(lags, phi.size) + 1
     driven = np.zeros(n)
@@ -144,10 +147,10 @@ def autocovariance(phi: Floats, theta: Floats, sigma2: float, lags: int) -> Floa
 
 
 def solve_refined(matrix: _Long, target: _Long) -> Floats:
-    """Solve a small linear system to the last digits, where double precision would lose some.
+    """Solve a small linear system to full precision.
 
-    Close to a unit root the matrix is nearly singular although its elements are exact: residuals
-    in the wider type give back the digits that elimination loses.
+    Close to a unit root the matrix is nearly singular, although its elements are exact. Residuals
+    in a wider type restore the digits that elimination loses.
     """
     narrow = matrix.astype(np.float64)
     solution = np.zeros(target.shape, dtype=np.longdouble)
@@ -158,17 +161,17 @@ def solve_refined(matrix: _Long, target: _Long) -> Floats:
 
 
 def _cross_moments(phi: Floats, theta: Floats) -> Floats:
-    """Return the mean of (sum_i theta_i a_(k-i)) z_(k-j) for j = 0 ... q, sigma2 being 1."""
+    """Return the mean of (sum_i theta_i a_(k-i)) z_(k-j) for j = 0 ... q, with sigma2 = 1."""
     moving = np.concatenate(([1.0], theta))
     psi = psi_weights(phi, theta, moving.size)
     return np.array([moving[j:] @ psi[: moving.size - j] for j in range(moving.size)])
 
 
 def _equations(phi: Floats) -> _Long:
-    """Return the equations of gamma_0 and of the small gamma_0 - gamma_j.
+    """Return the equations for gamma_0 and for the small differences gamma_0 - gamma_j.
 
-    Close to a unit root gamma_0 is huge, and its factor 1 - phi_1 - ... must not be a sum of
-    rounded ones.
+    Close to a unit root gamma_0 is huge. Its factor 1 - phi_1 - ... must not be a sum of rounded
+    numbers.
     """
     size = phi.size + 1
     matrix = np.eye(size, dtype=np.longdouble)

@@ -1,4 +1,4 @@
-"""A record prepared for identification, and a list of the changes."""
+"""Preparation of a record for identification, with a list of the changes."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ _MIN_SAMPLES: Final[dict[str, int]] = {"mean": 1, "linear": 2}
 
 
 def detrend(z: npt.ArrayLike, kind: Trend = "mean") -> Floats:
-    """Return a record minus its mean, or minus the straight line that fits it best.
+    """Return a record minus its mean, or minus its best straight line.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Samples; those not finite are missing, and stay so.
+        Samples; values that are not finite count as missing, and stay missing.
     kind : {"mean", "linear"}
-        Trend to subtract. The line is that of least squares over the present samples.
+        Trend to subtract: the mean, or the least-squares line of the present samples.
 
     Returns
     -------
     ndarray of float64, shape (n,)
-        In the unit of `z`.
+        Record in the unit of `z`.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def detrend(z: npt.ArrayLike, kind: Trend = "mean") -> Floats:
     present = np.isfinite(record)
     if np.count_nonzero(present) < _MIN_SAMPLES[kind]:
         raise ValueError(f"a {kind} trend needs at least {_MIN_SAMPLES[kind]} samples, got 1")
-    # About one of the samples first: an offset costs no precision then.
+    # First subtract one of the samples, so that an offset does not reduce the precision.
     level = record - record[int(np.argmax(present))]
     level -= level[present].mean()
     if kind == "linear":
@@ -69,27 +69,27 @@ def detrend(z: npt.ArrayLike, kind: Trend = "mean") -> Floats:
 
 
 def segments(z: npt.ArrayLike, count: int) -> Floats:
-    """Return a record cut into segments of one length.
+    """Return a record cut into segments of equal length.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Samples; those not finite are missing.
+        Samples; values that are not finite count as missing.
     count : int
         Number of segments, 1 to n.
 
     Returns
     -------
     ndarray of float64, shape (count, n // count)
-        One row per segment, NaN where missing; fewer than `count` remaining samples at the end are
-        left out.
+        One row per segment, NaN where missing. Remaining samples at the end, fewer than `count`,
+        are left out.
 
     Raises
     ------
     TypeError
         If `z` does not hold real numbers.
     ValueError
-        If `z` is not one axis with a sample, or the count not a whole number from 1 to n.
+        If `z` is not one axis with a sample, or the count is not a whole number from 1 to n.
 
     Examples
     --------
@@ -114,7 +114,7 @@ Outliers = Literal["hampel", "moving-average"]
 
 @dataclass(frozen=True)
 class Change:
-    """Change made to a record, in a sentence, and the count of samples changed.
+    """Change of a record: a sentence, and the number of changed samples.
 
     Examples
     --------
@@ -129,16 +129,16 @@ class Change:
 
 @dataclass(frozen=True, eq=False)
 class PreparedRecord:
-    """A record ready for identification.
+    """Record ready for identification.
 
     Attributes
     ----------
     data : ndarray of float64, shape (m,)
         Data in the unit of the record, NaN where missing.
     rate : float or None
-        Samples per second of `data`, Hz, if the rate of the record was given.
+        Sampling rate of `data`, Hz; None if the record's rate is unknown.
     changes : tuple of Change
-        Changes in their order.
+        Changes in the order of the steps.
 
     Examples
     --------
@@ -165,33 +165,33 @@ def prepare(
     trend: Trend | None = "mean",
     decimate: int = 1,
 ) -> PreparedRecord:
-    """Return a record without outliers, smoothed, decimated and without its trend, in that order.
+    """Return a record without outliers, smoothed, decimated and detrended, in this order.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Samples in any unit; those not finite are missing.
+        Samples in any unit; values that are not finite count as missing.
     rate : float, optional
-        Samples per second, Hz; by default that of a `Log`.
+        Sampling rate, Hz. Default: the rate of a `Log`.
     smooth : int, default 1
-        Width of a moving average; 1 leaves the record alone. Beware: it makes noise correlated,
-        see `moving_average`.
+        Width of a moving average in samples. Default 1, no smoothing. A moving average makes the
+        noise correlated (see `moving_average`).
     outliers : {"hampel", "moving-average"}, optional
-        Replace outliers by the median (`hampel`) or by the mean (`far_from_average`) of a window;
-        default: keep them.
+        Replace outliers by the median of a window (`hampel`) or by its mean (`far_from_average`).
+        Default: keep outliers.
     window : int, default 11
-        Samples of that window.
+        Length of this window in samples.
     threshold : float, default 4.0
-        Standard deviations beyond which a sample is an outlier.
+        Distance in standard deviations above which a sample is an outlier.
     trend : {"mean", "linear"} or None, default "mean"
         Trend to subtract.
     decimate : int, default 1
-        Keep one of so many samples.
+        Keep one of this number of samples. Default 1, all samples.
 
     Returns
     -------
     Prepared
-        The record, its rate, and the changes.
+        Record, its sampling rate, and the changes.
 
     Raises
     ------

@@ -14,7 +14,7 @@ from zerorate.types import Floats
 
 _GLANCE_SAMPLES: Final = 10_000
 _MIN_REPEATS: Final = 4
-"""Samples for each distinct value from which on a record counts as quantised."""
+"""Smallest number of samples per distinct value of a quantised record."""
 
 
 @dataclass(frozen=True)
@@ -24,17 +24,17 @@ class RecordSummary:
     Attributes
     ----------
     sample_count : int
-        Missing ones included.
+        Number of samples, with missing samples.
     missing_count : int
-        Of these.
+        Number of missing samples.
     stretch_count : int
-        Parts between gaps.
+        Number of stretches between gaps.
     rate : float
         Samples per second, Hz.
     mean, deviation : float
-        Of what is there, in the unit of the record.
+        Mean and standard deviation of the present samples, in the unit of the record.
     step : float
-        Of the quantisation, in the unit of the record; 0 where the values look continuous.
+        Step of quantisation, in the unit of the record; 0 if the values look continuous.
     """
 
     sample_count: int
@@ -47,16 +47,16 @@ class RecordSummary:
 
     @property
     def duration(self) -> float:
-        """Length, s: each sample stands for one period."""
+        """Length, s: the number of samples times the sampling period."""
         return self.sample_count / self.rate
 
 
 def summarise_record(record: Floats, rate: float) -> RecordSummary:
-    """Summarise a record of shape (n,); at least one sample must be present."""
+    """Summarise a record of shape (n,) with at least one sample."""
     present = np.isfinite(record)
     there = record if present.all() else record[present]
     starts = int(present[0]) + np.count_nonzero(present[1:] & ~present[:-1])
-    # Centred, as an offset may be many times the noise.
+    # The first sample is subtracted, because an offset may be many times the noise.
     first = there[0]
     rest = there - first
     return RecordSummary(
@@ -71,7 +71,7 @@ def summarise_record(record: Floats, rate: float) -> RecordSummary:
 
 
 def _quantisation_step(values: Floats) -> float:
-    """Return the usual distance between neighbouring values where these are few."""
+    """Return the median distance of neighbouring values, 0 for many distinct values."""
     distinct = np.unique(values)
     if distinct.size < 2 or distinct.size * _MIN_REPEATS > values.size:
         return 0.0
@@ -79,7 +79,7 @@ def _quantisation_step(values: Floats) -> float:
 
 
 _MIN_SEGMENT_SAMPLES: Final = 10
-"""Samples whose mean is worth comparing."""
+"""Smallest number of samples in a segment."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,17 +89,17 @@ class RecordTests:
     Attributes
     ----------
     means, variances : ReverseArrangements
-        Test of the segments for a trend.
+        Test for a trend in the means or the variances of segments.
     kpss, adf : Verdict
         Tests for stationarity, and for a unit root.
     jarque_bera, anderson_darling : Verdict
         Tests for a Gaussian distribution.
     segment_means : ndarray, shape (m,)
-        In the unit of the record; NaN where all samples are missing.
+        Means of the segments, in the unit of the record; NaN if all samples are missing.
     segment : float
-        Length of one, s.
+        Length of a segment, s.
     slow : float
-        Part of the variance that is between the means of the segments.
+        Share of the variance that is between the means of the segments.
     """
 
     means: ReverseArrangements
@@ -126,7 +126,7 @@ class RecordTests:
 
     @property
     def stationary(self) -> bool:
-        """True if no test saw a trend or a wandering mean."""
+        """True if no test found a trend or a wandering mean."""
         return self.means.accepted and self.variances.accepted and self.kpss.accepted
 
     @property
@@ -136,9 +136,9 @@ class RecordTests:
 
 
 def run_tests(record: Floats, rate: float, count: int) -> RecordTests:
-    """Return the tests of a record, those of stationarity over so many segments.
+    """Return the tests of a record, with stationarity over a number of segments.
 
-    There are fewer where a segment would have less than 10 samples.
+    Fewer segments are used if a segment would have less than 10 samples.
     """
     count = min(count, record.size // _MIN_SEGMENT_SAMPLES)
     means = np.array([_finite_mean(part) for part in segments(record, count)])

@@ -1,4 +1,4 @@
-"""Linear state-space models of a drift, and the forms of an ARMA model among them."""
+"""Linear state-space models of a drift, and state-space forms of an ARMA model."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from zerorate.types import Booleans, Floats
 if TYPE_CHECKING:
     from zerorate.identification.arma_model import ArmaModel
 
-# Digits that forms of at most ten states lose in their characteristic polynomials.
+# Rounding error of the characteristic polynomials of forms of at most ten states.
 _ROUNDING = 1e-13
-# An observability matrix worse than this determines no coordinates.
+# Largest condition number of an observability matrix that determines coordinates.
 _MAX_CONDITION = 1e12
 
 
@@ -35,7 +35,7 @@ def _empty_array() -> Floats:
 
 
 class ArmaNumbers(NamedTuple):
-    """Coefficients of an ARMA model without their errors."""
+    """Coefficients of an ARMA model without standard errors."""
 
     phi: Floats
     theta: Floats
@@ -45,18 +45,18 @@ class ArmaNumbers(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class StateSpace:
-    """A model x_(k+1) = F x_k + G a_(k+1) + d, z_k = H x_k + m + v_k.
+    """Model x_(k+1) = F x_k + G a_(k+1) + d, z_k = H x_k + m + v_k.
 
-    Every innovation acts on the sample of its own time, as in an ARMA model.
+    As in an ARMA model, an innovation acts on the sample at its own time.
 
     Attributes
     ----------
     F : ndarray, shape (n, n)
-        Transition of the state.
+        Transition matrix of the state.
     G : ndarray, shape (n, u)
-        Input of each of u white noises of variance `sigma2` to the state.
+        Input matrix from u white noises of variance `sigma2` to the state.
     H : ndarray, shape (n,)
-        Measurement row: a sample from the state.
+        Measurement row from the state to a sample.
     sigma2 : float
         Variance of the innovations a.
     R : float
@@ -64,14 +64,14 @@ class StateSpace:
     offset : float
         m, in the unit of the samples.
     constant : ndarray, shape (n,)
-        d, added to the state at every step; default zero.
+        d, added to the state at every step. Default: zero.
     start : ndarray, shape (n,)
-        Mean of the state before the first sample; default zero.
+        Mean of the state before the first sample. Default: zero.
 
     Raises
     ------
     ValueError
-        If the shapes do not fit each other, or a variance is negative.
+        If the shapes do not match, or a variance is negative.
 
     Examples
     --------
@@ -91,7 +91,7 @@ class StateSpace:
     start: Floats = field(default_factory=_empty_array)
 
     def __post_init__(self) -> None:
-        """Convert, check the shapes and fill in zeros."""
+        """Convert the arrays, check their shapes and fill in zeros."""
         n = len(self.F)
         shapes = {"F": (n, n), "G": (n, -1), "H": (n,), "constant": (n,), "start": (n,)}
         for name, shape in shapes.items():
@@ -107,7 +107,7 @@ class StateSpace:
 
     @cached_property
     def constants(self) -> Booleans:
-        """Mask of states that never change, such as Fu and Han's c: shape (n,)."""
+        """Mask of constant states, such as Fu and Han's c, shape (n,)."""
         still = np.all(np.eye(self.size) == self.F, axis=1) & ~np.any(self.G, axis=1)
         return np.asarray(still & (self.constant == 0.0))
 
@@ -117,7 +117,7 @@ class StateSpace:
         Raises
         ------
         ValueError
-            If a state that the noise moves is not stationary.
+            If a state with noise is not stationary.
         """
         moving = np.ix_(~self.constants, ~self.constants)
         P = np.zeros((self.size, self.size))
@@ -125,7 +125,7 @@ class StateSpace:
         return P
 
     def autocovariance(self, lags: int) -> Floats:
-        """Return gamma_0 ... gamma_lags of the samples, shape (lags + 1,), R on lag 0.
+        """Return gamma_0 ... gamma_lags of the samples, shape (lags + 1,), with R in lag 0.
 
         Raises
         ------
@@ -139,9 +139,9 @@ class StateSpace:
         return gamma
 
     def impulse_response(self, n: int) -> Floats:
-        """Return H F^k G for k below n, the first noise's effect: shape (n,).
+        """Return H F^k G, the effect of the first noise, for k below n, shape (n,).
 
-        psi_0 ... psi_(n-1) of the ARMA model for a form with a single noise.
+        For a form with a single noise it is psi_0 ... psi_(n-1) of the ARMA model.
         """
         return self._output_series(self.G[:, 0], n)
 
@@ -151,7 +151,7 @@ class StateSpace:
         Parameters
         ----------
         frequencies : array_like
-            In Hz, any shape.
+            Frequencies in Hz, any shape.
         rate : float
             Samples per second.
         """
@@ -163,25 +163,25 @@ class StateSpace:
     def to_arma(self) -> ArmaNumbers:
         """Return phi, theta, constant and sigma2 of the samples, without common factors.
 
-        phi is the characteristic polynomial of F, theta follows from it and the impulse response.
-        Measurement noise, and more than one noise of the state, are first put into one innovation,
-        that of the steady Kalman filter.
+        phi is the characteristic polynomial of F. theta follows from phi and the impulse response.
+        A model with measurement noise, or with several noises of the state, is first converted to a
+        single innovation by the steady Kalman filter.
 
         Raises
         ------
         ValueError
-            If that filter has no steady state.
+            If the Kalman filter has no steady state.
         """
         model = self if self.R == 0.0 and self.G.shape[1] == 1 else self.innovations_form()
         return model._arma_numbers()
 
     def to(self, form: Form) -> StateSpace:
-        """Return the same drift, with the same R, in another form; see `ArmaModel.to_state_space`.
+        """Return the same drift and R in another form (see `ArmaModel.to_state_space`).
 
         Raises
         ------
         ValueError
-            If the form is not known, or the state has more than one noise.
+            If the form is unknown, or the state has more than one noise.
         """
         if self.G.shape[1] != 1:
             raise ValueError(f"only a model of a single noise has forms, got {self.G.shape[1]}")
@@ -193,7 +193,7 @@ class StateSpace:
         Raises
         ------
         ValueError
-            If the models differ in size, are not observable, or are not the same model.
+            If the models differ in size, are not observable, or are not equivalent.
         """
         if self.size != other.size:
             raise ValueError(f"the models have {self.size} and {other.size} states")
@@ -206,7 +206,7 @@ class StateSpace:
         return T
 
     def innovations_form(self) -> StateSpace:
-        """Return the steady Kalman filter of this model as a model: one noise, no R.
+        """Return this model's steady Kalman filter as a model with one noise and no R.
 
         Its sigma2 is the variance of the filter's innovations.
 
@@ -219,7 +219,7 @@ class StateSpace:
         gain, variance = steady_state(
             reduced.F, reduced.sigma2 * reduced.G @ reduced.G.T, reduced.H, reduced.R
         )
-        # The sample, its prediction and its innovation, is one more state.
+        # The sample, as the sum of its prediction and its innovation, becomes one more state.
         F = np.block([[reduced.F, np.zeros((reduced.size, 1))], [reduced.H @ reduced.F, 0.0]])
         G = np.concatenate((gain, [1.0]))[:, np.newaxis]
         H = np.concatenate((np.zeros(reduced.size), [1.0]))
@@ -245,7 +245,7 @@ class StateSpace:
         auto = _characteristic(reduced.F)
         psi = reduced.impulse_response(len(auto))
         theta = ma_coefficients(-auto[1:], psi)
-        # What a unit of drive adds up to in the numerator at B = 1.
+        # Effect of a unit of constant input in the numerator at B = 1.
         driven = np.convolve(auto, reduced._output_series(reduced.constant, len(auto)))[: len(auto)]
         constant = reduced.offset * at_one(auto[1:]) + float(driven.sum())
         size = float(np.abs(auto).max()) * _ROUNDING
@@ -257,7 +257,7 @@ class StateSpace:
         return ArmaNumbers(phi, theta, float(constant), self.sigma2)
 
     def _without_constants(self) -> StateSpace:
-        """Return the same model with the states that never change in its constants."""
+        """Return the same model, with constant states moved into its constants."""
         still, moving = self.constants, ~self.constants
         values = self.start[still]
         return StateSpace(
@@ -286,7 +286,7 @@ def _array(name: str, value: Any, shape: tuple[int, ...]) -> Floats:  # noqa: AN
 def _characteristic(F: Floats) -> Floats:
     """Return [1, c_1, ..., c_n] of det(I - F B), by the recursion of Faddeev and Le Verrier.
 
-    In the wider type: it needs no eigenvalues, which repeated ones would blur.
+    It is computed in a wider type without eigenvalues, because repeated eigenvalues are inaccurate.
     """
     n = len(F)
     wide, power = F.astype(np.longdouble), np.eye(n, dtype=np.longdouble)
@@ -309,30 +309,30 @@ def make_state_space(
     Parameters
     ----------
     form : str
-        With r = max(p, q + 1) states, minimal where phi and theta have no common root:
+        Forms with r = max(p, q + 1) states, minimal if phi and theta have no common root:
 
         - "harvey" (default): companion of phi by columns, G = [1, theta], H = [1, 0, ...]
           (Harvey, "Forecasting, Structural Time Series Models and the Kalman Filter", 1989).
         - "controllable": companion by rows, G = [1, 0, ...], H = [1, theta].
-        - "observable": the state is [z_k and the predictions of the next samples], G = psi
-          weights, H = [1, 0, ...] (Akaike, Annals of the Institute of Statistical Mathematics
-          26, 1974); its observability matrix is the identity.
+        - "observable": the state is z_k and the predictions of the next samples. G = psi weights, H
+          = [1, 0, ...] (Akaike, Annals of the Institute of Statistical Mathematics 26, 1974). The
+          observability matrix is the identity.
 
-        In the state of Fu & Han (2019), Table 3, [y_k ... y_(k-p+1), c]:
+        Forms with the state of Fu & Han (2019), Table 3, [y_k ... y_(k-p+1), c]:
 
-        - "fu-han": with a_k ... a_(k-q+1) carried along between y and c, which is exact.
-        - "fu-han-literal": with the noise [a_k, a_(k-1), ...] through B = [1, theta] as if it were
-          white. It is not: a_(k-1) is in two successive noises. The samples are those of an
-          AR(p) of innovation variance sigma2 (1 + sum theta^2), which has none of the MA part's
-          correlation: for Table 3's ARMA(2, 1) with phi_1 = 1.0202 and theta_1 = -0.9955 a
-          variance 140 times too large.
+        - "fu-han": with the additional states a_k ... a_(k-q+1) between y and c; exact.
+        - "fu-han-literal": the noise [a_k, a_(k-1), ...] enters through B = [1, theta] and counts
+          as white. It is not white, because a_(k-1) is in two successive noises. The model is an
+          AR(p) with innovation variance sigma2 (1 + sum theta^2), without the MA part's
+          correlation. For Table 3's ARMA(2, 1), with phi_1 = 1.0202 and theta_1 = -0.9955, its
+          variance is 140 times too large.
     measurement_noise : float
         Variance R of white noise on the samples, in the squared unit of the record. Default: 0.
 
     Raises
     ------
     ValueError
-        If the form is not known, or R negative.
+        If the form is unknown, or R is negative.
 
     Examples
     --------
@@ -345,7 +345,7 @@ def make_state_space(
 
 
 def build_form(numbers: ArmaNumbers, form: Form, R: float) -> StateSpace:
-    """Return a model in a form by its name."""
+    """Return a model in the form of this name."""
     if form not in _FORMS:
         known = ", ".join(repr(name) for name in _FORMS)
         raise ArgumentError("form", f"must be one of {known}, got {form!r}")
@@ -353,7 +353,7 @@ def build_form(numbers: ArmaNumbers, form: Form, R: float) -> StateSpace:
 
 
 def _pad_polynomials(numbers: ArmaNumbers) -> tuple[Floats, Floats]:
-    """Return phi and [1, theta], both of r elements."""
+    """Return phi and [1, theta], both with r elements."""
     r = max(numbers.phi.size, numbers.theta.size + 1)
     phi, moving = np.zeros(r), np.zeros(r)
     phi[: numbers.phi.size] = numbers.phi
@@ -362,7 +362,7 @@ def _pad_polynomials(numbers: ArmaNumbers) -> tuple[Floats, Floats]:
 
 
 def _assemble(numbers: ArmaNumbers, F: Floats, G: Floats, H: Floats, R: float) -> StateSpace:
-    """Return a minimal form; a constant is an offset where there is a mean, else a drive."""
+    """Return a minimal form; a constant becomes an offset if there is a mean, else an input."""
     rest = at_one(-numbers.phi)
     if rest:
         offset = numbers.constant / rest
@@ -371,7 +371,7 @@ def _assemble(numbers: ArmaNumbers, F: Floats, G: Floats, H: Floats, R: float) -
 
 
 def _constant_drive(numbers: ArmaNumbers) -> float:
-    """Return the constant innovation that acts like c."""
+    """Return the constant innovation with the effect of c."""
     gain = at_one(numbers.theta)
     if not numbers.constant:
         return 0.0
@@ -403,7 +403,7 @@ def _observable(numbers: ArmaNumbers, R: float) -> StateSpace:
 
 
 def _fu_han(numbers: ArmaNumbers, R: float) -> StateSpace:
-    """State [y_k ... y_(k-p+1), a_k ... a_(k-q+1), c]."""
+    """Return the form with the state [y_k ... y_(k-p+1), a_k ... a_(k-q+1), c]."""
     p, q = max(numbers.phi.size, 1), numbers.theta.size
     F = _companion(numbers, p, q)
     F[0, p : p + q] = numbers.theta
@@ -415,7 +415,7 @@ def _fu_han(numbers: ArmaNumbers, R: float) -> StateSpace:
 
 
 def _fu_han_literal(numbers: ArmaNumbers, R: float) -> StateSpace:
-    """State [y_k ... y_(k-p+1), c], noise [a_k ... a_(k-q)]."""
+    """Return the form with the state [y_k ... y_(k-p+1), c] and noise [a_k ... a_(k-q)]."""
     p, q = max(numbers.phi.size, 1), numbers.theta.size
     B = np.zeros((p + 1, q + 1))
     B[0] = [1.0, *numbers.theta]
@@ -423,7 +423,7 @@ def _fu_han_literal(numbers: ArmaNumbers, R: float) -> StateSpace:
 
 
 def _companion(numbers: ArmaNumbers, p: int, q: int) -> Floats:
-    """Return the transition of p samples, q innovations and the constant, without theta."""
+    """Return the transition matrix of p samples, q innovations and the constant, without theta."""
     F = np.eye(p + q + 1, k=-1)
     F[p, p - 1] = 0.0
     F[-1] = np.eye(p + q + 1)[-1]
@@ -433,7 +433,7 @@ def _companion(numbers: ArmaNumbers, p: int, q: int) -> Floats:
 
 
 def _with_constant(numbers: ArmaNumbers, F: Floats, G: Floats, p: int, R: float) -> StateSpace:
-    """Return a model whose last state is c, from its mean where it has one, else from zero."""
+    """Return a model with c as its last state; it starts from the mean, or from zero."""
     start = np.zeros(len(F))
     start[-1] = numbers.constant
     rest = at_one(-numbers.phi)
@@ -451,9 +451,9 @@ _FORMS: Final[dict[Form, Callable[[ArmaNumbers, float], StateSpace]]] = {
 
 
 def stationary_covariance(F: Floats, G: Floats) -> Floats:
-    """Return P of P = F P F' + G G', shape (n, n).
+    """Return the solution P of P = F P F' + G G', shape (n, n).
 
-    As n^2 linear equations: n is the order of a drift model, and small.
+    n^2 linear equations are solved, because the order n of a drift model is small.
 
     Raises
     ------
@@ -462,7 +462,7 @@ def stationary_covariance(F: Floats, G: Floats) -> Floats:
     """
     n = len(F)
     largest = float(np.max(np.abs(np.linalg.eigvals(F)), initial=0.0))
-    # An eigenvalue of one may come out a little below.
+    # Rounding may move an eigenvalue of one slightly below one.
     if not largest < 1.0 - n * np.finfo(np.float64).eps:
         raise ValueError(
             "only a stationary model has a covariance: "
@@ -474,20 +474,20 @@ def stationary_covariance(F: Floats, G: Floats) -> Floats:
     return np.asarray((P + P.T) / 2.0)
 
 
-# Each round squares the number of samples seen: 2^40 are steady.
+# Each round squares the number of processed samples; after 2^40 the filter is steady.
 _MAX_ROUNDS: Final = 40
 
 
 def steady_state(F: Floats, Q: Floats, H: Floats, R: float) -> tuple[Floats, float]:
-    """Return gain (n,) and innovation variance of the steady filter of x+ = F x + w, z = H x + v.
+    """Return the steady filter's gain (n,) and innovation variance for x+ = F x + w, z = H x + v.
 
-    Structured doubling: each round squares the number of samples that the filter has seen (Chu,
-    Fan and Lin, Linear Algebra and its Applications 396, 2005).
+    Structured doubling is used: each round squares the number of samples that the filter has
+    processed (Chu, Fan and Lin, Linear Algebra and its Applications 396, 2005).
 
     Raises
     ------
     ValueError
-        If there is no measurement noise R, or the filter does not settle.
+        If there is no measurement noise R, or the filter does not become steady.
     """
     if not R > 0.0:
         raise ValueError(f"several noises need a measurement noise R above 0, got {R}")

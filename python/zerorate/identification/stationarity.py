@@ -1,4 +1,4 @@
-"""Tests of stationarity (KPSS) and of a unit root (Dickey and Fuller)."""
+"""Tests of stationarity (KPSS) and of a unit root (Dickey-Fuller)."""
 
 from __future__ import annotations
 
@@ -25,32 +25,32 @@ _KPSS_CRITICAL: Final[dict[str, tuple[float, float, float, float]]] = {
 }
 _KPSS_MIN_SAMPLES: Final = 10
 _KPSS_ROUNDING: Final = 1e-12
-"""Largest rounding error of a straight line of samples up to 1."""
+"""Largest rounding error of a straight line with samples up to 1."""
 
 
 def kpss(z: npt.ArrayLike, lags: int | None = None, trend: Level = "constant") -> Verdict:
     """Test a record for stationarity about a level, or about a straight line.
 
-    Drift as faint as a gyro's is detected by this test and by `reverse_arrangements`, seldom by
-    `adf`.
+    A drift as weak as a gyro's is detected by this test and by `reverse_arrangements`, but seldom
+    by `adf`.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Samples in any unit; those not finite are missing: sums skip them, and no product reaches
-        across.
+        Samples in any unit; values that are not finite count as missing. Sums skip them, and
+        products across them are left out.
     lags : int, optional
-        Lags of the long-run variance, 0 to n - 1. Long correlation of the noise needs more lags,
-        which cost power. Default: chosen from the record by the rule of Hobijn and others with
-        Bartlett's window.
+        Number of lags of the long-run variance, 0 to n - 1. Noise with long correlation needs more
+        lags, and more lags reduce the power. Default: from the record, by the rule of Hobijn and
+        others with Bartlett's window.
     trend : {"constant", "linear"}
-        Level or line of the hypothesis.
+        Hypothesis: stationary about a level, or about a straight line.
 
     Returns
     -------
     Verdict
-        Its `p_value` is interpolated in a table from 0.10 to 0.01; beyond either, `p_bound` gives
-        the side.
+        Result. Its `p_value` is interpolated in a table from 0.10 to 0.01. Outside the table,
+        `p_bound` gives the side.
 
     Raises
     ------
@@ -62,8 +62,8 @@ def kpss(z: npt.ArrayLike, lags: int | None = None, trend: Level = "constant") -
 
     Notes
     -----
-    D. Kwiatkowski and others, Journal of Econometrics 54, 1992, equations 13, 10 and table 1;
-    lags: B. Hobijn, P. H. Franses, M. Ooms, Statistica Neerlandica 58(4), 2004.
+    D. Kwiatkowski and others, Journal of Econometrics 54, 1992, equations 10 and 13, table 1. Lags:
+    B. Hobijn, P. H. Franses, M. Ooms, Statistica Neerlandica 58(4), 2004.
 
     Examples
     --------
@@ -125,7 +125,7 @@ def _long_run_variance(residuals: Floats, lags: int, n: int) -> float:
 
 
 def _lags_by_rule(residuals: Floats, n: int) -> int:
-    """Return the lags that suit the correlation of the record, after Hobijn and others."""
+    """Return the number of lags for the correlation of the record, after Hobijn and others."""
     lag = np.arange(int(n ** (2 / 9)) + 1)
     covariances = _covariances(residuals, lag[-1], n)
     total = float(2.0 * covariances.sum() - covariances[0])
@@ -149,33 +149,32 @@ _ADF_UPPER_SURFACE: Final = (1.7339, 0.93202, -0.12745, -0.010368)
 """Response surface of the normal quantile, in powers of the statistic."""
 
 _ADF_CRITICAL: Final = (-2.86154, -2.8903, -4.234, -40.04)
-"""Response surface of the 5 % point, in powers of 1/n."""
+"""Response surface of the 5 % critical value, in powers of 1/n."""
 
 
 def adf(z: npt.ArrayLike, lags: int | None = None) -> Verdict:
     """Test a record for a unit root: a random walk instead of variation about a level.
 
     Acceptance means that the record may be a random walk. Rejection is less certain if the random
-    walk is weak compared with white noise, as in a gyro. Such a record is an ARMA process whose
-    moving-average root is near 1, and the test rejects its unit root far more often than in 5 % of
-    the cases. `kpss` detects such drift, and so does `reverse_arrangements` if the drift does not
-    return.
+    walk is weak compared with white noise, as in a gyro. Such a record is an ARMA process with a
+    moving-average root near 1. The test rejects its unit root in far more than 5 % of the cases.
+    `kpss` detects such a drift. `reverse_arrangements` detects it if the drift does not return.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Samples in any unit, at least 20; those not finite are missing, and the regression starts
-        again after them.
+        Samples in any unit, at least 20; values that are not finite count as missing. The
+        regression starts again after them.
     lags : int, optional
         Number of lagged differences in the regression, 0 to 63. Default: the number with the lowest
-        AIC (computed on the same samples for all numbers), up to Schwert's limit 12 (n/100)^(1/4)
-        and at most 63; n is the length of the longest stretch without a gap.
+        AIC, computed on the same samples for all numbers. Its limit is Schwert's 12 (n/100)^(1/4),
+        at most 63; n is the length of the longest stretch without a gap.
 
     Returns
     -------
     Verdict
-        The statistic is that of the coefficient on z_(k-1) in the regression of z_k - z_(k-1) with
-        a constant; the hypothesis is accepted above the critical value `lower`.
+        Result. The statistic belongs to the coefficient on z_(k-1) in the regression of z_k -
+        z_(k-1) with a constant. The hypothesis is accepted above the critical value `lower`.
 
     Raises
     ------
@@ -188,8 +187,9 @@ def adf(z: npt.ArrayLike, lags: int | None = None) -> Verdict:
     -----
     With k lagged differences the regression is an AR(k + 1) model in another basis. The tested
     coefficient is phi_1 + ... + phi_(k+1) - 1. Probability: J. G. MacKinnon, Journal of Business
-    and Economic Statistics 12, 1994; critical value: the same, Queen's University working paper
-    1227, 2010. W. E. Said, D. A. Dickey, Biometrika 71, 1984; G. W. Schwert, JBES 7, 1989.
+    and Economic Statistics 12, 1994. Critical value: J. G. MacKinnon, Queen's University working
+    paper 1227, 2010. Method: W. E. Said, D. A. Dickey, Biometrika 71, 1984; G. W. Schwert, JBES 7,
+    1989.
 
     Examples
     --------
@@ -217,10 +217,11 @@ def adf(z: npt.ArrayLike, lags: int | None = None) -> Verdict:
 
 
 def _adf_statistic(record: Floats, order: int) -> tuple[float, int]:
-    """Return the sum of the coefficients less 1 over its standard error, and the residuals used."""
+    """Return the sum of the coefficients minus 1, over its error, and the residuals used."""
     model = fit_ar(record, order)
     variance = float(model.covariance[:order, :order].sum())
-    # The covariance has the residuals' mean square; the test has it per degree of freedom.
+    # The covariance contains the residuals' mean square; the test divides by the degrees of
+    # freedom.
     freedom = (model.n - order - 1) / model.n
     return (float(model.phi.sum()) - 1.0) / math.sqrt(variance / freedom), model.n
 
@@ -246,7 +247,7 @@ def _adf_probability(statistic: float) -> float:
 
 
 def _max_lags(n: int) -> int:
-    """Return the most lags that a stretch of n samples bears."""
+    """Return the largest number of lags for a stretch of n samples."""
     return min(n // 2 - 2, MAX_AR_ORDER - 1)
 
 

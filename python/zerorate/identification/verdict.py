@@ -4,32 +4,33 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 TWO_SIDED_95: Final = 1.959963984540054
-"""Standard deviations of a normal distribution with 5 % outside, on both sides together."""
+"""Two-sided 95 % quantile of the standard normal distribution."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """A hypothesis, accepted or rejected at 5 %.
+    """Result of a test: the hypothesis is accepted, or rejected at 5 %.
 
     Attributes
     ----------
     name : str
-        Of the test.
+        Name of the test.
     hypothesis : str
-        The tested hypothesis, a short phrase.
+        Tested hypothesis, a short phrase.
     statistic : float
         Statistic of the test.
     p_value : float
-        Probability of a statistic at least as extreme if the hypothesis holds.
+        Probability of this or a more extreme statistic if the hypothesis is true.
     lower, upper : float
-        The hypothesis is accepted for lower < statistic <= upper; infinite on the side where no
-        statistic is too far.
+        The hypothesis is accepted for lower < statistic <= upper. Infinite if the test has no limit
+        on this side.
     accepted : bool
         True if the hypothesis is accepted.
     n : int
         Number of samples used.
     p_bound : {"", "<", ">"}
-        Beyond the published table: the probability is less, or greater, than `p_value`.
+        Outside the published table: "<" if the probability is less than `p_value`, ">" if it is
+        greater.
     note : str
         A warning, or empty.
 

@@ -1,4 +1,4 @@
-"""Filters over a window of samples: moving averages, outliers, decimation."""
+"""Filters over a window of samples: moving average, outliers, decimation."""
 
 from __future__ import annotations
 
@@ -18,33 +18,34 @@ from zerorate.types import Booleans, Floats
 def moving_average(z: npt.ArrayLike, width: int) -> Floats:
     """Return the mean of a window centred on each sample.
 
-    Beware: it makes noise correlated. White noise comes out with a correlation of (w - j)/w at lag
-    j < w for a width of w, 0.8 at lag 1 for w = 5; an AR model of the result describes the window
-    as much as the sensor.
+    It makes noise correlated. With a width of w, white noise gets a correlation of (w - j)/w at lag
+    j < w, for example 0.8 at lag 1 for w = 5. An AR model of the result describes the window as
+    much as the sensor.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Samples; those not finite are missing.
+        Samples; values that are not finite count as missing.
     width : int
-        Samples of a window, at least 1. An even width reaches one sample further back than ahead.
+        Width of the window in samples, at least 1. A window of even width extends one sample more
+        to the past.
 
     Returns
     -------
     ndarray of float64, shape (n,)
-        In the unit of `z`. Windows end where the record ends. Missing samples are left out of the
-        means and stay missing.
+        Means in the unit of `z`. Windows are cut at the ends of the record. Missing samples are
+        left out of the means and stay missing.
 
     Raises
     ------
     TypeError
         If `z` does not hold real numbers.
     ValueError
-        If `z` is not one axis with a sample, or the width not a whole number from 1 on.
+        If `z` is not one axis with a sample, or the width is not a whole number from 1.
 
     Notes
     -----
-    No sum spans more than two windows, so an outlier of any size leaves no rounding error behind.
+    No sum spans more than two windows, so a large outlier leaves no rounding error in later means.
 
     Examples
     --------
@@ -56,7 +57,7 @@ def moving_average(z: npt.ArrayLike, width: int) -> Floats:
 
 
 def running_mean(record: Floats, width: int) -> Floats:
-    """Return `moving_average` of a record with NaN where a sample is missing."""
+    """Return `moving_average` of a record with NaN for missing samples."""
     present = np.isfinite(record)
     width = min(width, 2 * record.size)
     origin = record[int(np.argmax(present))]
@@ -66,7 +67,7 @@ def running_mean(record: Floats, width: int) -> Floats:
 
 
 def _window_sums(values: Floats, width: int) -> Floats:
-    """Sum every window as the end of one block of its width and the beginning of the next."""
+    """Return the sum of every window from the end of one block and the beginning of the next."""
     before, n = width // 2, values.size
     blocks = np.zeros((-(-(n + width) // width), width))
     blocks.reshape(-1)[before : before + n] = values
@@ -77,27 +78,27 @@ def _window_sums(values: Floats, width: int) -> Floats:
 
 
 class CleanedRecord(NamedTuple):
-    """A record without its outliers, shape (n,), and which samples they were."""
+    """Record without outliers, shape (n,), and the mask of the outliers."""
 
     data: Floats
     outliers: Booleans
 
 
 def hampel(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) -> CleanedRecord:
-    """Replace samples far from the median of their window by that median.
+    """Replace outliers by the median of their window (Hampel filter).
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Samples; those not finite are missing, and stay so.
+        Samples; values that are not finite count as missing, and stay missing.
     width : int, default 11
-        Samples of the window centred on each, at least 1; an even one reaches one sample further
-        back than ahead, and all end where the record ends. For Gaussian noise and a threshold of 4,
-        a window of 11 calls one sample in 90 an outlier, one of 51 one in 1500.
+        Width of the window around each sample, at least 1. An even window extends one sample more
+        to the past. Windows are cut at the ends of the record. For Gaussian noise and a threshold
+        of 4, a window of 11 marks one sample in 90 as outlier, a window of 51 one in 1500.
     threshold : float, default 4.0
-        Standard deviations from the median beyond which a sample is an outlier, not negative. They
-        are estimated by 1.4826 times the median distance from the median (MAD), as for Gaussian
-        noise.
+        Distance from the median, in standard deviations, above which a sample is an outlier. The
+        standard deviation is estimated as 1.4826 times the median distance from the median (MAD),
+        as for Gaussian noise.
 
     Returns
     -------
@@ -115,9 +116,9 @@ def hampel(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) -> Cleaned
 
     Notes
     -----
-    If more than half of a window is equal, as in coarse records, its MAD is 0. So the standard
-    deviation is never less than the step of quantisation, the least difference between a sample and
-    the next: an outlier is more than `threshold` steps off.
+    If more than half of a window is equal, as in coarse records, its MAD is 0. The standard
+    deviation is therefore at least the step of quantisation, which is the smallest difference
+    between successive samples. An outlier is then more than `threshold` steps from the median.
 
     F. R. Hampel, "The influence curve and its role in robust estimation", JASA 69, 1974.
 
@@ -139,18 +140,17 @@ def hampel(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) -> Cleaned
 def far_from_average(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) -> CleanedRecord:
     """Replace samples far from the moving average by the average, as Bao and Yuan do.
 
-    Beware: an outlier raises the average around it and the standard deviation of all, so `hampel`
-    finds more.
+    An outlier increases the average around it and the standard deviation, so `hampel` finds more.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Samples; those not finite are missing, and stay so.
+        Samples; values that are not finite count as missing, and stay missing.
     width : int, default 11
-        Samples of the moving average.
+        Width of the moving average in samples.
     threshold : float, default 4.0
-        Standard deviations, of all distances from the average, beyond which a sample is an
-        outlier; not negative.
+        Distance from the average, in standard deviations of all these distances, above which a
+        sample is an outlier. Not negative.
 
     Returns
     -------
@@ -188,41 +188,42 @@ def _check_threshold(threshold: float) -> None:
 
 
 _STOP_BAND_DB: Final = 80.0
-"""Attenuation in dB; the ripple of the pass band is the same 1e-4."""
+"""Attenuation of the stop band, dB; the ripple of the pass band is also 1e-4."""
 
 _PASS_BAND: Final = 0.8
-"""End of the pass band, in the new Nyquist frequency, which is where the stop band begins."""
+"""End of the pass band as a share of the new Nyquist frequency, where the stop band begins."""
 
 _BLOCK_SAMPLES: Final = 1 << 17
-"""Samples that are gathered at a time, so that they stay in the cache."""
+"""Number of samples processed at once, so that they stay in the cache."""
 
 
 def decimate(z: npt.ArrayLike, factor: int) -> Floats:
     """Return every `factor`-th sample of a record after a low-pass against aliasing.
 
-    The low-pass is a windowed sinc (Kaiser's window) of no delay: gain 1 within 1e-4 up to 0.8 of
-    the new Nyquist frequency, and 80 dB down from that frequency on.
+    The low-pass is a windowed sinc (Kaiser's window) without delay. Its gain is 1 within 1e-4 up to
+    0.8 of the new Nyquist frequency. Above the new Nyquist frequency the attenuation is 80 dB.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Samples; those not finite are missing.
+        Samples; values that are not finite count as missing.
     factor : int
-        Return one of so many samples, at least 1; 1 changes nothing.
+        Return one of this number of samples. At least 1; 1 changes nothing.
 
     Returns
     -------
     ndarray of float64, shape (ceil(n / factor),)
-        Sample k has the time of z[k factor]. It is missing where the filter, which reaches
-        just over 25 `factor` samples to each side, meets a missing sample or an end of the record.
+        Decimated record; sample k has the time of z[k factor]. The filter extends just over 25
+        `factor` samples to each side. A sample is missing if the filter meets a missing sample or
+        an end of the record.
 
     Raises
     ------
     TypeError
         If `z` does not hold real numbers.
     ValueError
-        If `z` is not one axis, the factor not a whole number from 1 on, or the record nowhere as
-        long as the filter without a gap.
+        If `z` is not one axis, the factor is not a whole number from 1, or every stretch without a
+        gap is shorter than the filter.
 
     Notes
     -----
@@ -249,7 +250,7 @@ def decimate(z: npt.ArrayLike, factor: int) -> Floats:
 
 @lru_cache(maxsize=16)
 def _low_pass(factor: int) -> Floats:
-    """Return a symmetric filter of gain 1 with its 6 dB point amid the transition."""
+    """Return a symmetric filter of gain 1 with its 6 dB point in the middle of the transition."""
     transition = math.pi * (1.0 - _PASS_BAND) / factor
     half = math.ceil((_STOP_BAND_DB - 7.95) / (2.285 * transition) / 2.0)
     beta = 0.1102 * (_STOP_BAND_DB - 8.7)
@@ -261,7 +262,7 @@ def _low_pass(factor: int) -> Floats:
 
 
 def _filter_decimated(record: Floats, taps: Floats, factor: int) -> Floats:
-    """Convolve where a sample is kept only; beyond its ends the record is missing."""
+    """Convolve at the kept samples only; samples outside the record count as missing."""
     half = taps.size // 2
     padded = np.pad(record, half, constant_values=np.nan)
     windows = np.lib.stride_tricks.sliding_window_view(padded, taps.size)[::factor]

@@ -53,7 +53,7 @@ class LinearRun(Result):
 
     @property
     def complete(self) -> bool:
-        """True if covariances and innovations were kept, too."""
+        """True if the covariances and innovations were kept."""
         return "covariance" in self._arrays
 
     def _require(self, name: str) -> Floats:
@@ -68,15 +68,15 @@ class LinearRun(Result):
 
     @property
     def innovation(self) -> Floats:
-        """Innovation of each measurement, shape (n, m); NaN for missing ones."""
+        """Innovation of each measurement, shape (n, m); NaN for missing measurements."""
         return self._require("innovation")
 
     @property
     def nis(self) -> Floats:
         """Normalised innovations squared, shape (n,).
 
-        Their mean is the number of measurements if the model is right; NaN if all measurements are
-        missing.
+        If the model is right, their mean is the number of measurements. NaN if all measurements of
+        a sample are missing.
         """
         return self._require("nis")
 
@@ -95,12 +95,12 @@ class LinearRun(Result):
         return np.isnan(self.innovation)
 
     def smooth(self) -> SmoothedRun:
-        """Return the smoothed states and covariances, given the whole record.
+        """Return the smoothed states and covariances from the whole record.
 
         Raises
         ------
         ValueError
-            If only the states were kept.
+            If `complete` is False.
 
         References
         ----------

@@ -1,13 +1,18 @@
-"""Measures of a filter; each hides something that another one shows.
+"""Measures of a filter; each hides something that another measure shows.
 
-Any strong low-pass filter has a small standard deviation at rest, so `reduction` alone is not
-enough. `coasting_error` measures the cost of a wrong bias, `orientation_error_growth` its cost in
-attitude, and `motion_error` the cost of the filter in motion. `orientation_errors` measures the
-error of an attitude, `ate` and `rpe` the error of a track. `regret` and `best_ema` compare a filter
-with the best possible one; `nis` and `coverage` check its stated uncertainty. Measures of
-orientation take quaternions, measures of tracks take poses; all others take one channel (n,) or
-several (n, k) and return a float or k of them. NaN or infinite samples count as missing: they are
-left out, never filled in.
+A strong low-pass filter has a small standard deviation at rest, so `reduction` alone is not enough.
+
+- `coasting_error`: angle error from a wrong bias.
+- `orientation_error_growth`: attitude error from a wrong bias.
+- `motion_error`: error of the filter in motion.
+- `orientation_errors`: error of an attitude.
+- `ate` and `rpe`: error of a track.
+- `regret` and `best_ema`: comparison with the best possible filter.
+- `nis` and `coverage`: check of the stated uncertainty.
+
+Measures of orientation take quaternions, and measures of tracks take poses. All other measures take
+one channel (n,) or several (n, k) and return a float or k of them. NaN and infinite samples count
+as missing and are left out.
 """
 
 from zerorate.metrics.averages import BestEma, best_ema, running_mean

@@ -1,4 +1,4 @@
-"""Averages that any filter should beat."""
+"""Averages as a baseline for filters."""
 
 from __future__ import annotations
 
@@ -21,21 +21,23 @@ from zerorate.types import Floats
 Error = Callable[[Floats], float]
 
 _GAIN_COUNT: Final = 25
-"""On a grid: from the running mean of the record to the samples, four a decade at a million."""
+"""Number of gains on a grid from the running mean to the samples: four per decade for a million
+samples.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class BestEma:
-    """The exponential moving average with the smallest error in hindsight.
+    """Exponential moving average with the smallest error in hindsight.
 
     Attributes
     ----------
     estimate : ndarray, the shape of the data
-        The averages.
+        Averages.
     gain : float or ndarray, shape (k,)
         Gain of each channel, from 0 to 1.
     error : float or ndarray, shape (k,)
-        The smallest error.
+        Smallest error.
 
     Examples
     --------
@@ -63,12 +65,12 @@ def running_mean(raw: npt.ArrayLike) -> Floats:
     Returns
     -------
     ndarray of float64, the shape of `raw`
-        The means. At a missing sample the mean is held; before the first present sample it is NaN.
+        Means. At a missing sample the mean is held; before the first present sample it is NaN.
 
     Raises
     ------
     ValueError
-        If `raw` is empty or not of such a shape.
+        If `raw` is empty or has another shape.
 
     Examples
     --------
@@ -86,20 +88,20 @@ def best_ema(
     truth: npt.ArrayLike | None = None,
     start: float = 0.0,
 ) -> BestEma:
-    """Return the exponential moving average that is best in hindsight: a baseline, not a filter.
+    """Return the exponential moving average with the best gain in hindsight, as a baseline.
 
-    Its gain is chosen with knowledge of the whole record, which no filter has: 25 gains are tried,
-    from 1/n to 1 in equal ratios. Each average begins as the running mean, y += max(1/k, g) (z - y)
-    at the k-th sample, so that a small gain costs nothing at the start.
+    No filter can choose this gain, because the choice uses the whole record. 25 gains are tried,
+    from 1/n to 1 in equal ratios. Each average begins as the running mean: y += max(1/k, g) (z - y)
+    at the k-th sample. A small gain therefore has no disadvantage at the start.
 
     Parameters
     ----------
     raw : array_like, shape (n,) or (n, k)
         Gyro output in any unit.
     rate : float
-        Samples per second, Hz; by default that of a `Log`.
+        Sampling rate, Hz. Default: the rate of a `Log`.
     horizon : float, optional
-        Seconds; the error is then `coasting_error`. Either this or `truth`.
+        Coasting time, s: the error is then `coasting_error`. Give either this or `truth`.
     truth : array_like, shape of `raw`, optional
         True drift; the error is then `rmse`.
     start : float, default 0
@@ -108,13 +110,13 @@ def best_ema(
     Returns
     -------
     BestEma
-        The averages; every channel has its own gain.
+        Averages; each channel has its own gain.
 
     Raises
     ------
     ValueError
-        If not exactly one of `horizon` and `truth` is given, `start` is negative or not before the
-        record's end, or as in `coasting_error` and `rmse`.
+        If not exactly one of `horizon` and `truth` is given, or `start` is negative or after the
+        end of the record; or as in `coasting_error` and `rmse`.
 
     Examples
     --------
@@ -167,21 +169,21 @@ def _restore_shape(rows: Sequence[Floats], like: npt.ArrayLike) -> Floats:
 
 
 SHARED_GAINS: Final[Floats] = np.geomspace(1e-6, 1e-1, 25)
-"""Gains that `best_shared_ema` tries: averages over ten samples to a million."""
+"""Gains that `best_shared_ema` tries: averages over ten to a million samples."""
 
 
 def best_shared_ema(signal: Floats, truth: Floats, first: int) -> Floats:
     """Return the mean squared error of each record with the best common gain.
 
     It is `best_ema` with a truth, but with one gain from a fixed grid for all records. Each average
-    is the plain mean until 1/k reaches its gain, so the first sample has no extra weight.
+    is the running mean until 1/k reaches its gain, so the first sample has no extra weight.
 
     Parameters
     ----------
     signal, truth : ndarray, shape (n, k)
         Output and true drift of k gyros.
     first : int
-        Index of the first sample whose error counts.
+        Index of the first sample to include in the error.
     """
     gains = SHARED_GAINS[:, np.newaxis]
     x = np.zeros((SHARED_GAINS.size, signal.shape[1]))

@@ -29,7 +29,7 @@ def is_single(data: npt.ArrayLike) -> bool:
 
 
 def check_same_shape(first: str, x: Floats, second: str, y: Floats) -> None:
-    """Raise ValueError unless two series have the same shape."""
+    """Raise ValueError if two series differ in shape."""
     if x.shape != y.shape:
         raise ValueError(
             f"{first} and {second} must have the same shape, got {x.shape[::-1]} and "
@@ -47,7 +47,7 @@ def present_pairs(
 
 
 def _drop_missing(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return both series where both are there."""
+    """Return both series at the samples present in both."""
     there = present_mask(x, y)
     return (x, y) if there.all() else (x[there], y[there])
 
@@ -64,7 +64,7 @@ def present_mask(*series: Floats) -> Booleans:
 
 def spread(z: Floats) -> float:
     """Return the standard deviation of one column; ValueError if it is zero."""
-    # The deviation of equal samples may come out as a rounding error instead of 0.
+    # For equal samples the standard deviation may be a rounding error instead of 0.
     if z.max() == z.min():
         raise ValueError("raw is constant, so it has no deviation to compare with")
     return float(z.std())

@@ -25,19 +25,19 @@ from zerorate.units import whole_samples
 
 @dataclass(frozen=True, eq=False)
 class MotionError:
-    """Errors against a reference rate; each a float, or shape (k,) with one per channel.
+    """Errors against a reference rate: floats, or arrays of shape (k,) with one per channel.
 
     Attributes
     ----------
     rmse : float or ndarray
         RMS error in the unit of the data.
     delay : float or ndarray
-        Delay of the estimate, s; NaN if it cannot be found.
+        Delay of the estimate, s; NaN if it is not determined.
     rmse_undelayed : float or ndarray
-        RMS error without this delay; NaN if the delay cannot be found.
+        RMS error after removal of the delay; NaN if the delay is not determined.
     rmse_lowpass : float or ndarray
-        RMS error of the raw signal after a one-pole low-pass filter with the same delay (0 if the
-        estimate leads); NaN without the raw signal or without a delay.
+        RMS error of the raw signal after a one-pole low-pass filter with the same delay, 0 if the
+        estimate leads. NaN without the raw signal or without a delay.
 
     Examples
     --------
@@ -62,21 +62,21 @@ def motion_error(
     max_delay: float = 1.0,
     raw: npt.ArrayLike | None = None,
 ) -> MotionError:
-    """Return the error of an estimate against a reference rate, and its part from delay.
+    """Return the error of an estimate against a reference rate, with and without its delay.
 
-    Any filter can make its output quiet by delay, so its value is its gain over the low-pass filter
-    with the same delay. The error without delay is for a user who can wait.
+    Any filter can reduce noise by delay. Compare its error with `rmse_lowpass`, the error of a
+    low-pass filter with the same delay. `rmse_undelayed` is for users who can wait for the output.
 
     Parameters
     ----------
     reference, estimate : array_like, shape (n,) or (n, k)
-        A true or independently measured rate, and the filter's output, in one unit.
+        True or independently measured rate, and the filter's output, in the same unit.
     rate : float
-        Samples per second, Hz; by default that of a `Log`.
+        Sampling rate, Hz. Default: the rate of a `Log`.
     max_delay : float, default 1
-        Longest delay to search, s: see `delay`.
+        Longest delay to search, s (see `delay`).
     raw : array_like, the same shape, optional
-        The gyro's output.
+        Output of the gyro, for `rmse_lowpass`.
 
     Returns
     -------
@@ -87,12 +87,13 @@ def motion_error(
     ------
     ValueError
         If the shapes differ, no sample is present in both, `rate` or `max_delay` is not positive
-        and finite or less than a sample, or the record is not longer than twice `max_delay`.
+        and finite, `max_delay` is less than a sample, or the record is not longer than twice
+        `max_delay`.
 
     Notes
     -----
-    The delay is removed from the smooth side: the reference is moved, by a cubic through four
-    samples. Interpolation of the estimate would average its noise, a gain that no filter earned.
+    To remove the delay, the reference is shifted by cubic interpolation through four samples.
+    Interpolation of the estimate would average its noise and reduce its error.
 
     Examples
     --------
@@ -125,13 +126,13 @@ def _channel_errors(
     lowpass = math.nan
     if z is not None:
         smooth = equal_delay_lowpass(z, rate, max(lag, 0.0))
-        # What it holds through a gap is no measurement.
+        # The output held through a gap does not count.
         lowpass = float(rmse(x, np.where(np.isfinite(z), smooth, np.nan)))
     return total, lag, float(rmse(shift_samples(x, lag * rate), y)), lowpass
 
 
 class UndeterminedDelayError(ValueError):
-    """The series are valid, but their delay cannot be determined."""
+    """Error for valid series with an undetermined delay."""
 
 
 _VARIANCE_FLOOR: Final = 1e-24
@@ -146,33 +147,32 @@ def delay(
 ) -> float | Floats:
     """Return the lag of an estimate behind a reference, in seconds.
 
-    It is the lag with the best correlation, refined below one sample by a parabola through three
-    values of the least-squares misfit. Offset and gain do not matter. For a filter whose delay
-    depends on frequency it is a mean, weighted by the record's motion; for a record at rest it is
-    meaningless.
+    It is the lag with the best correlation. A parabola through three values of the least-squares
+    misfit refines it below one sample. Offset and gain of the estimate have no effect. If a
+    filter's delay depends on frequency, the result is a mean weighted by the record's motion. For a
+    record at rest the result is meaningless.
 
     Parameters
     ----------
     reference, estimate : array_like, shape (n,) or (n, k)
-        A true or independently measured rate, and the filter's output, in one unit.
+        True or independently measured rate, and the filter's output, in the same unit.
     rate : float
-        Samples per second, Hz; by default that of a `Log`.
+        Sampling rate, Hz. Default: the rate of a `Log`.
     max_delay : float
-        Lags from -max_delay to max_delay seconds are searched, default 1. The reference's first
-        and last `max_delay` seconds are not used, so that all lags are compared on the same
-        samples.
+        Lags from -max_delay to max_delay are searched, s. Default 1. The first and last `max_delay`
+        seconds of the reference are not used, so that all lags are compared on the same samples.
 
     Returns
     -------
     float or ndarray, shape (k,)
-        Seconds, negative if the estimate leads.
+        Delay, s; negative if the estimate leads.
 
     Raises
     ------
     ValueError
-        If the shapes differ, `rate` or `max_delay` is not positive and finite or less than a
-        sample, the record is not longer than twice `max_delay`, a series is constant, or the best
-        lag is not a clear one inside the range.
+        If the shapes differ, `rate` or `max_delay` is not positive and finite, `max_delay` is less
+        than a sample, the record is not longer than twice `max_delay`, a series is constant, or no
+        lag inside the range is clearly the best.
 
     Examples
     --------
@@ -213,14 +213,14 @@ def _normalise(name: str, x: Floats) -> Floats:
         raise UndeterminedDelayError(f"no sample is present in {name}")
     if present.max() == present.min():
         raise UndeterminedDelayError(f"{name} is constant, so no delay can be seen")
-    # Offset and gain do not count, and numbers of order 1 neither overflow nor vanish when squared.
+    # Normalise: offset and gain have no effect, and squares of numbers near 1 are safe.
     mean = float(present.mean())
     scaled: Floats = (x - mean) / max(present.max() - mean, mean - present.min())
     return scaled
 
 
 def _misfit(inner: Floats, y: Floats, start: int) -> float:
-    """Return the share of the reference's variance that the shifted estimate leaves unexplained."""
+    """Return the share of the reference's variance that the shifted estimate does not explain."""
     shifted = y[start : start + inner.size]
     there = np.isfinite(inner) & np.isfinite(shifted)
     if not there.any():
@@ -235,7 +235,7 @@ def _misfit(inner: Floats, y: Floats, start: int) -> float:
 
 
 def _lag_correlations(inner: Floats, y: Floats, max_lag: int) -> Floats:
-    """Return the correlation coefficient at each lag, its sums made by transforms of blocks."""
+    """Return the correlation coefficient at each lag, from transforms of blocks."""
     span = 2 * max_lag
     size = max(_BLOCK_SAMPLES, 1 << (4 * span).bit_length())
     block = size - span
@@ -246,7 +246,7 @@ def _lag_correlations(inner: Floats, y: Floats, max_lag: int) -> Floats:
         spectra += np.stack((w * v, x * v, w * z, x * z, xx * v, w * zz))
     count, x, z, xz, xx, zz = np.fft.irfft(spectra, size)[:, : span + 1]
     n = np.maximum(np.rint(count), 1.0)
-    # Where one series does not vary at a lag, rounding must not look like correlation.
+    # If a series is constant at a lag, rounding errors must not look like correlation.
     floor = max(_VARIANCE_FLOOR * abs(xx).max() * abs(zz).max(), np.finfo(np.float64).tiny)
     variances = np.maximum((xx - x * x / n) * (zz - z * z / n), floor)
     correlations: Floats = (xz - x * z / n) / np.sqrt(variances)
@@ -254,7 +254,7 @@ def _lag_correlations(inner: Floats, y: Floats, max_lag: int) -> Floats:
 
 
 def _spectra(x: Floats, size: int) -> npt.NDArray[np.complex128]:
-    """Return spectra of the presence, the values and the squares of one block."""
+    """Return the spectra of the mask, the values and the squares of one block."""
     there = np.isfinite(x)
     values = np.where(there, x, 0.0)
     return np.fft.rfft(np.stack((there, values, values * values)), size)
@@ -264,26 +264,25 @@ _MIN_WEIGHT: Final = 1e-20
 
 
 def equal_delay_lowpass(raw: npt.ArrayLike, rate: float | None, delay: float) -> Floats:
-    """Return raw through the one-pole low-pass that has the given delay.
+    """Return the raw samples after the one-pole low-pass with a given delay.
 
-    Compare filters in motion with it: with enough delay nearly any smoothing is possible, and this
-    is the simplest filter that does so. The given delay applies to slow motion; fast motion has
-    less delay and is attenuated.
+    Compare filters in motion with it. It is the simplest filter that smooths at the price of delay.
+    The given delay applies to slow motion. Fast motion has less delay and is attenuated.
 
     Parameters
     ----------
     raw : array_like, shape (n,) or (n, k)
         Gyro output in any unit.
     rate : float or None
-        Samples per second, Hz; None for that of a `Log`.
+        Sampling rate, Hz. None: the rate of a `Log`.
     delay : float
-        Seconds, 0 or more; 0 changes nothing.
+        Delay, s, not negative; 0 changes nothing.
 
     Returns
     -------
     ndarray of float64, the shape of `raw`
-        y = a y' + (1 - a) z with a/(1 - a) = delay * rate, begun at the first sample. At a missing
-        sample the output is held; before the first present one it is NaN.
+        y = a y' + (1 - a) z with a/(1 - a) = delay * rate, started at the first sample. At a
+        missing sample the output is held; before the first present sample it is NaN.
 
     Raises
     ------
@@ -330,9 +329,9 @@ _CUBIC_NODES: Final = (-1.0, 0.0, 1.0, 2.0)
 
 
 def shift_samples(x: Floats, samples: float) -> Floats:
-    """Return one row so many samples later, by a cubic through four samples.
+    """Return one row shifted to later times by a number of samples, with cubic interpolation.
 
-    NaN where that needs samples that are missing or beyond the ends.
+    The cubic uses four samples. The result is NaN if one of them is missing or outside the record.
     """
     offset = math.floor(-samples)
     weights = _cubic_weights(-samples - offset)

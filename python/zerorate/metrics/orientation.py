@@ -24,14 +24,14 @@ _HEADINGS: Final = ("absolute", "relative", "aligned")
 
 @dataclass(frozen=True)
 class OrientationErrors:
-    """Root mean squares of the angles between orientations and a reference, rad.
+    """RMS angles between orientations and a reference, rad.
 
     Attributes
     ----------
     total : float
-        RMS of the whole rotation between both.
+        RMS angle of the complete rotation between both.
     heading : float
-        RMS of the rotation's part about the vertical.
+        RMS angle of the rotation's part about the vertical.
     inclination : float
         RMS of the angle between both vertical directions.
     sample_count : int
@@ -63,26 +63,27 @@ def orientation_errors(
     """Return the errors of orientations: total, heading and inclination.
 
     Gravity corrects the inclination; only a magnetometer corrects the heading. An RMS does not show
-    when errors occur, and a misaligned reference adds to all three.
+    at what time errors occur. A misaligned reference increases all three errors.
 
     Parameters
     ----------
     quaternions, reference : array_like, shape (n, 4), or scipy Rotation of length n
         Estimated and true orientation w, x, y, z, from sensor to earth, of any length and sign.
-        The earth's z axis is vertical and its axes are the same for both.
+        Both refer to the same earth axes with a vertical z axis.
     where : array_like of bool, shape (n,), optional
-        The samples that count, such as those in motion; by default all.
+        Mask of the samples to compare, such as samples in motion. Default: all.
     heading : {"absolute", "relative", "aligned"}
-        ``"relative"`` rotates all estimates about the vertical by one angle, so that the first
-        compared sample has no heading error; later errors are drift. Use it for filters without a
-        magnetometer, which begin with any heading. ``"aligned"`` rotates them by the best angle
-        over all samples, `heading_offset`. Use it for a reference with an arbitrary north, such as
-        a camera.
+        - ``"absolute"``: no rotation.
+        - ``"relative"``: all estimates are rotated about the vertical by one angle, so that the
+          first compared sample has no heading error. Later errors are drift. Use it for filters
+          without a magnetometer, which start with an arbitrary heading.
+        - ``"aligned"``: all estimates are rotated by the best angle over all samples,
+          `heading_offset`. Use it for a reference with an arbitrary north, such as a camera.
 
     Returns
     -------
     OrientationErrors
-        Over the samples present in both.
+        Errors over the samples present in both.
 
     Raises
     ------
@@ -92,9 +93,9 @@ def orientation_errors(
     References
     ----------
     D. Laidig, M. Caruso, A. Cereatti, T. Seel, "BROAD - A benchmark for robust inertial
-    orientation estimation", Data 6(7):72, 2021. With e = q q_ref^-1: total 2 acos abs(w),
-    heading 2 atan abs(z/w), inclination 2 acos sqrt(w^2 + z^2); here by arc tangents, exact for
-    small angles too. The relative heading is not of that paper.
+    orientation estimation", Data 6(7):72, 2021. With e = q q_ref^-1: total 2 acos abs(w), heading 2
+    atan abs(z/w), inclination 2 acos sqrt(w^2 + z^2). They are computed by arc tangents, which are
+    exact for small angles. The relative heading is not from that paper.
 
     Examples
     --------
@@ -165,7 +166,7 @@ def _check_pair(quaternions: RotationLike, reference: RotationLike) -> tuple[Flo
 
 
 def _error_rotations(q: Floats, true: Floats, where: npt.ArrayLike | None) -> Floats:
-    """Return the rotations from the true orientations to the others, of the samples that count."""
+    """Return the rotations from the true to the estimated orientations, at compared samples."""
     error = rotations.product(rotations.unit(q), rotations.inverse(rotations.unit(true)))
     error = error[np.isfinite(error).all(axis=1) & _check_mask(where, len(q))]
     if not len(error):
@@ -174,7 +175,7 @@ def _error_rotations(q: Floats, true: Floats, where: npt.ArrayLike | None) -> Fl
 
 
 def _fit_heading_rotation(error: Floats) -> Floats:
-    """Return the rotation about z that is nearest to all, shape (4,)."""
+    """Return the rotation about z with the smallest distance to all rotations, shape (4,)."""
     w, z = error[:, 0], error[:, 3]
     return rotations.about_z(np.arctan2(2.0 * np.sum(w * z), np.sum(w * w) - np.sum(z * z)))
 
@@ -191,7 +192,7 @@ def _check_mask(where: npt.ArrayLike | None, n: int) -> Booleans:
 
 
 def _heading_rotation(q: Floats) -> Floats:
-    """Return the part of one rotation that is about z, after one about a level axis."""
+    """Return the factor about z of a rotation; the other factor is about a level axis."""
     turn = np.array([q[0], 0.0, 0.0, q[3]])
     return rotations.unit(turn) if turn.any() else np.array([1.0, 0.0, 0.0, 0.0])
 
@@ -203,32 +204,32 @@ def orientation_error_growth(
     horizons: Sequence[float] = (1.0, 10.0, 60.0),
     every: float = 0.5,
 ) -> Floats:
-    """Return the angle between integrated rates and a reference, within each horizon.
+    """Return the angle between integrated rates and a reference after each horizon.
 
-    Every `every` seconds the integration starts at the reference's orientation; the angle between
-    both after the horizon is averaged over all starts. For a user of angular rates it is the joint
-    cost, in motion, of bias, scale, misalignment and delay; noise hardly counts. A misaligned
-    reference adds an error that no filter can remove.
+    Every `every` seconds an integration starts at the reference's orientation. The angle between
+    both after the horizon is averaged over all starts. It is the attitude error in motion from
+    bias, scale, misalignment and delay together; noise has little effect. A misaligned reference
+    adds an error that no filter can remove.
 
     Parameters
     ----------
     rates : array_like, shape (n, 3)
-        Angular rates about the sensor's axes, rad/s; the sample at each time is that of the
-        interval which ends there.
+        Angular rates about the sensor's axes, rad/s. A sample is the rate in the interval that ends
+        at its time.
     quaternions : array_like, shape (n, 4), or scipy Rotation of length n
         Reference orientation w, x, y, z, from sensor to world, of any length.
     rate : float
-        Samples per second, Hz; by default that of a `Log`.
+        Sampling rate, Hz. Default: the rate of a `Log`.
     horizons : sequence of float, default 1, 10 and 60
-        Seconds, rounded to whole samples.
+        Horizons, s, rounded to whole samples.
     every : float, default 0.5
-        Seconds from start to start.
+        Time from start to start, s.
 
     Returns
     -------
     ndarray, shape of `horizons`
-        Angles in rad. Starts whose reference is missing at either end, or whose window misses a
-        rate, are left out.
+        Mean angles, rad. A start is left out if the reference at either end, or a rate in between,
+        is missing.
 
     Raises
     ------
@@ -261,13 +262,13 @@ def orientation_error_growth(
 
 
 class _RateIntegration:
-    """Orientations from rates, the reference, and the number of missing rates to date."""
+    """Orientations from rates, the reference, and the cumulative number of missing rates."""
 
     def __init__(self, integrated: Floats, reference: Floats, gaps: Integers) -> None:
         self._integrated, self._reference, self._gaps = integrated, reference, gaps
 
     def mean_angle(self, m: int, horizon: float, step: int) -> float:
-        """Return the mean angle after m samples, of starts so many samples apart."""
+        """Return the mean angle after m samples, over starts with a spacing in samples."""
         now = np.arange(0, len(self._integrated) - m, step)
         gyro, true = (
             _relative_rotations(q, now, now + m) for q in (self._integrated, self._reference)

@@ -1,4 +1,4 @@
-"""Measures of a sensor at rest: noise, mean, the cost of a wrong bias, slow noise."""
+"""Measures of a sensor at rest: noise, mean, error from a wrong bias, slow noise."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ def reduction(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
     """Return the ratio of the standard deviations after and before a filter.
 
     It measures the noise of the output, and most papers report it. It hides delay, lost motion and
-    a wrong mean: a constant output has a ratio of 0.
+    a wrong mean: for a constant output the ratio is 0.
 
     Parameters
     ----------
     raw, filtered : array_like, shape (n,) or (n, k)
-        The same samples before and after, in any one unit.
+        Samples before and after the filter, in the same unit.
 
     Returns
     -------
     float or ndarray, shape (k,)
-        Ratio, 1 for an unchanged signal; samples missing in either are left out of both.
+        Ratio, 1 for an unchanged signal, over the samples present in both.
 
     Raises
     ------
@@ -56,15 +56,15 @@ def reduction(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
 
 
 def mean_shift(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
-    """Return the shift of the mean by a filter, in standard deviations of the raw signal.
+    """Return the change of the mean by a filter, in standard deviations of the raw signal.
 
-    It detects a filter with a quiet output at the wrong mean. It hides errors that cancel over the
-    record, and counts a filter's start-up as a shift: leave the start-up out.
+    It detects a filter with a quiet output at the wrong mean. Errors that cancel over the record
+    are hidden. Leave the start-up of a filter out, because it counts as a shift.
 
     Parameters
     ----------
     raw, filtered : array_like, shape (n,) or (n, k)
-        The same samples before and after, in any one unit.
+        Samples before and after the filter, in the same unit.
 
     Returns
     -------
@@ -91,26 +91,26 @@ _BLOCK_SAMPLES: Final = 8192
 def coasting_error(
     raw: npt.ArrayLike, estimate: npt.ArrayLike, rate: float | None, horizon: float
 ) -> float | Floats:
-    """Return the angle error after holding each estimate for the next `horizon` seconds.
+    """Return the angle error from holding each bias estimate for the next `horizon` seconds.
 
-    The estimate of time t is held, raw minus estimate is integrated over the samples after t up to
-    t + horizon, and the RMS of that angle is taken over all t. It is a user's cost of a wrong bias.
-    It needs no truth, but a sensor at rest, because rotation counts as error. White noise of
-    density N alone leaves N sqrt(horizon), so for short horizons every filter looks the same.
+    The estimate at time t is held, and raw minus estimate is integrated from t to t + horizon. The
+    result is the RMS of this angle over all t: the angle error of a user with a wrong bias. It
+    needs no truth. The sensor must be at rest, because rotation counts as error. White noise of
+    density N alone gives N sqrt(horizon), so all filters look equal for short horizons.
 
     Parameters
     ----------
     raw, estimate : array_like, shape (n,) or (n, k)
-        Gyro output at rest and the estimate of its bias or drift, in any one unit.
+        Output of the gyro at rest, and the estimate of its bias or drift, in the same unit.
     rate : float or None
-        Samples per second, Hz; None for that of a `Log`.
+        Sampling rate, Hz. None: the rate of a `Log`.
     horizon : float
-        Seconds to coast, rounded to whole samples.
+        Coasting time, s, rounded to whole samples.
 
     Returns
     -------
     float or ndarray, shape (k,)
-        RMS angle in the unit of the data times seconds. Times with a missing estimate, or with a
+        RMS angle, in the unit of the data times seconds. Times with a missing estimate, or with a
         missing raw sample in the window, are left out.
 
     Raises
@@ -142,7 +142,7 @@ def _coasting_rms(z: Floats, x: Floats, m: int) -> float:
     missing = ~np.isfinite(sums)
     gaps = np.cumsum(missing) if missing.any() else None
     sums[missing] = 0.0
-    # Sums stay small, and so exact, when the level is taken out first.
+    # The level is subtracted first: sums then stay small and exact.
     level = float(sums.mean())
     sums -= level
     sums[missing] = 0.0
@@ -169,7 +169,7 @@ class AllanRatio:
     Attributes
     ----------
     taus : ndarray, shape (m,)
-        Averaging times an octave apart, s.
+        Averaging times, one per octave, s.
     ratio : ndarray, shape (m,) or (m, k)
         Ratio; NaN where a deviation is undefined.
 
@@ -190,28 +190,27 @@ class AllanRatio:
 def allan_ratio(
     raw: npt.ArrayLike, filtered: npt.ArrayLike, rate: float | None, time_constant: float
 ) -> AllanRatio:
-    """Return the filtered over the raw Allan deviation, beyond ten filter time constants.
+    """Return the Allan deviation after a filter over the deviation before it, at long times.
 
-    At shorter averaging times the filter smooths its output, and noise coefficients describe the
-    filter. At longer averaging times, an estimate of gain 1 has a ratio near 1. A one-pole low-pass
-    filter has 0.92 at ten of its time constants and 0.99 at a hundred. A filter cannot reduce the
-    angle random walk of a single gyro. The compensated rate, raw minus bias, has a lower ratio,
-    because its drift is removed.
+    Averaging times start at ten time constants of the filter. At shorter times, the deviation
+    describes the filter instead of the sensor. At longer times, an estimate of gain 1 has a ratio
+    near 1, because a filter cannot reduce the angle random walk of a single gyro. A one-pole
+    low-pass filter has 0.92 at ten of its time constants and 0.99 at a hundred. The compensated
+    rate, raw minus bias, has a lower ratio, because its drift is removed.
 
     Parameters
     ----------
     raw, filtered : array_like, shape (n,) or (n, k)
-        Gyro output at rest, and an estimate or the compensated rate, in any one unit.
+        Output of the gyro at rest, and an estimate or the compensated rate, in the same unit.
     rate : float or None
-        Samples per second, Hz; None for that of a `Log`.
+        Sampling rate, Hz. None: the rate of a `Log`.
     time_constant : float
-        Time in which the filter follows 63 % of a step, s; 0 for none.
+        Time in which the filter follows 63 % of a step, s; 0 if it has no delay.
 
     Returns
     -------
     AllanRatio
-        Averaging times up to a quarter of the record. Samples missing in either series are left
-        out of both.
+        Ratio at averaging times up to a quarter of the record, from the samples present in both.
 
     Raises
     ------

@@ -20,7 +20,7 @@ _Indices: TypeAlias = npt.NDArray[np.intp]
 
 
 class Statistics(NamedTuple):
-    """Statistics of errors, by evo's names; ``std`` is here `deviation`.
+    """Statistics of errors with the names of evo, except `deviation` for evo's ``std``.
 
     Examples
     --------
@@ -44,18 +44,18 @@ class Statistics(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TrackErrors:
-    """Errors of poses, or of the steps between them.
+    """Errors of poses, or of steps between poses.
 
     Attributes
     ----------
     time : ndarray, shape (m,)
         Time of the reference's pose, or of the end of a step, s.
     translation : ndarray, shape (m,)
-        m.
+        Translation errors, m.
     rotation : ndarray, shape (m,)
-        Angles, rad; NaN where an orientation is not known.
+        Rotation errors, rad; NaN if an orientation is unknown.
     turn : ndarray, shape (4,)
-        Quaternion w, x, y, z of the rotation that aligns the estimate.
+        Rotation that aligns the estimate, quaternion w, x, y, z.
     shift : ndarray, shape (3,)
         Shift of the estimate after the rotation, m.
     scale : float
@@ -91,7 +91,7 @@ class TrackErrors:
         return _statistics(np.degrees(self.rotation[np.isfinite(self.rotation)]))
 
     def __repr__(self) -> str:
-        """Return the number of errors, and their root mean squares."""
+        """Return the number of errors, and their RMS values."""
         rotation = self.degrees
         angle = f", {rotation.rmse:.4g} deg" if rotation.of else ""
         return f"TrackErrors({len(self.time)}: RMS {self.metres.rmse:.4g} m{angle})"
@@ -104,33 +104,36 @@ def ate(
     align: Alignment = "rigid",
     max_time_difference: float = 0.01,
 ) -> TrackErrors:
-    """Return the absolute trajectory error: the distance of a track from the true one, by pose.
+    """Return the absolute trajectory error: the distance of each pose from the true pose.
 
-    Poses are matched by their times, and the whole estimate is moved to the best fit.
+    Poses are matched by their times, and the estimate is aligned with the reference.
 
     Parameters
     ----------
     estimate, reference : Poses
-        On one clock.
+        Estimated and true poses, on one clock.
     align : {"rigid", "yaw", "similar", "origin", "none"}
-        Alignment of the positions. "rigid": a rotation and a shift (evo's ``-a``). "yaw": a
-        rotation about the vertical and a shift, for a track with known vertical (not in evo).
-        "similar": also a scale, for a single camera (``-as``). "origin": by the first pose
-        (``--align_origin``). "none": no alignment (evo's default).
+        Alignment of the positions:
+
+        - "rigid": rotation and shift (evo's ``-a``).
+        - "yaw": rotation about the vertical and shift, for a track with known vertical (not in
+          evo).
+        - "similar": rotation, shift and scale, for a single camera (``-as``).
+        - "origin": by the first pose (``--align_origin``).
+        - "none": no alignment (evo's default).
     max_time_difference : float
-        Largest time between matched poses, s; default 0.01, evo's
-        ``--t_max_diff``.
+        Largest time between matched poses, s. Default 0.01, as evo's ``--t_max_diff``.
 
     Returns
     -------
     TrackErrors
-        An entry per pair; `metres` and `degrees` are its statistics.
+        One error per pair of poses; `metres` and `degrees` are the statistics.
 
     Raises
     ------
     ValueError
-        If no poses match in time, an argument is not as described, or the positions are on a line
-        or in a point, so that the rotation is not determined.
+        If no poses match in time, an argument is not valid, or all positions are on a line or in a
+        point: then the rotation is not determined.
 
     References
     ----------
@@ -172,28 +175,29 @@ def rpe(
     every: bool = False,
     max_time_difference: float = 0.01,
 ) -> TrackErrors:
-    """Return the relative pose error: the difference of a track's steps from the true ones.
+    """Return the relative pose error: the difference between steps of a track and true steps.
 
-    It does not depend on the start of the track, so nothing is aligned.
+    It does not depend on the start of the track, so there is no alignment.
 
     Parameters
     ----------
     estimate, reference : Poses
-        On one clock, with orientations.
+        Estimated and true poses with orientations, on one clock.
     delta : float
-        Length of a step; default 1.
+        Length of a step in `unit`. Default 1.
     unit : {"poses", "m", "s"}
-        Unit of `delta`: pairs of poses, metres of the estimate's path, as in evo, or seconds.
+        Unit of `delta`: "poses", "m" of the estimate's path (both as in evo), or "s" for seconds.
     every : bool
-        Begin a step at every pose (evo's ``--all_pairs``); otherwise at the end of the step before.
-        In metres a step then has the length nearest to `delta`, within a tenth of it.
+        True: a step begins at every pose (evo's ``--all_pairs``). In metres its length is then the
+        nearest to `delta`, within a tenth of `delta`. False: a step begins at the end of the step
+        before.
     max_time_difference : float
         As in `ate`.
 
     Returns
     -------
     TrackErrors
-        An entry per step.
+        One error per step.
 
     Raises
     ------
@@ -202,8 +206,8 @@ def rpe(
 
     References
     ----------
-    J. Sturm et al., as of `ate`; pairs and errors are those of evo 1.38, ``evo_rpe``, whose unit
-    has no seconds.
+    J. Sturm et al., as for `ate`. Pairs and errors are those of ``evo_rpe`` in evo 1.38, which has
+    no unit of seconds.
 
     Examples
     --------
@@ -224,7 +228,7 @@ def rpe(
         raise ValueError(f"the track has no step of {delta:g} {unit}")
     shift, rotation = _relative_poses(track, begin, end)
     true_shift, true_rotation = _relative_poses(true, begin, end)
-    # E = (Q_i^-1 Q_j)^-1 (P_i^-1 P_j): its translation is turned, which keeps its length.
+    # E = (Q_i^-1 Q_j)^-1 (P_i^-1 P_j): a rotation of its translation keeps the length.
     distance = np.linalg.norm(shift - true_shift, axis=1)
     angle = rotations.angle(rotations.product(rotations.inverse(true_rotation), rotation))
     identity = np.array([1.0, 0.0, 0.0, 0.0])
@@ -249,7 +253,7 @@ def _statistics(values: Floats) -> Statistics:
 def _match_poses(
     estimate: Poses, reference: Poses, max_difference: float
 ) -> tuple[_Indices, _Indices]:
-    """Return the pairs of poses: of the fewer each with the nearest of the others."""
+    """Return the pairs of poses: each pose of the shorter track, with the nearest other pose."""
     more = len(estimate) > len(reference)
     few, many = (reference, estimate) if more else (estimate, reference)
     after = np.clip(np.searchsorted(many.time, few.time), 1, max(len(many) - 1, 1))
@@ -273,7 +277,7 @@ def _match_poses(
 
 
 def _select_poses(poses: Poses, indices: _Indices) -> Poses:
-    # A pose may be the nearest of several: their times do not increase, so that none is checked.
+    # A pose may be the nearest of several poses, so times need not increase and are not checked.
     selected = object.__new__(Poses)
     for name in ("time", "position", "quaternion"):
         object.__setattr__(selected, name, getattr(poses, name)[indices])
@@ -282,7 +286,7 @@ def _select_poses(poses: Poses, indices: _Indices) -> Poses:
 
 
 def _fit_alignment(track: Poses, true: Poses, align: Alignment) -> tuple[Floats, Floats, float]:
-    """Return rotation, shift and scale that bring positions together best."""
+    """Return the rotation, shift and scale of the best alignment of positions."""
     identity = np.array([1.0, 0.0, 0.0, 0.0])
     if align == "none":
         return identity, np.zeros(3), 1.0
@@ -329,7 +333,7 @@ def _find_steps(track: Poses, delta: float, unit: str, every: bool) -> tuple[_In
 
 
 def _consecutive_steps(course: Floats, delta: float) -> tuple[_Indices, _Indices]:
-    """Return steps of which each begins at the end of the one before, as evo has those of paths."""
+    """Return steps that begin at the end of the step before, as evo does for paths."""
     ends = [0]
     last = course[0]
     for i, value in enumerate(course.tolist()):
@@ -341,7 +345,7 @@ def _consecutive_steps(course: Floats, delta: float) -> tuple[_Indices, _Indices
 
 
 def _nearest_steps(course: Floats, delta: float) -> tuple[_Indices, _Indices]:
-    """Return from each pose the step that is nearest to a length, within a tenth of it."""
+    """Return from each pose the step with the nearest length, within a tenth."""
     begin = np.arange(len(course) - 1)
     after = np.clip(np.searchsorted(course, course[:-1] + delta), begin + 1, len(course) - 1)
     before = np.maximum(after - 1, begin + 1)
@@ -352,7 +356,7 @@ def _nearest_steps(course: Floats, delta: float) -> tuple[_Indices, _Indices]:
 
 
 def _relative_poses(poses: Poses, begin: _Indices, end: _Indices) -> tuple[Floats, Floats]:
-    """Return translation and rotation of steps, in the axes of the body at their beginning."""
+    """Return the translation and rotation of steps, in the axes of the body at their start."""
     back = rotations.inverse(poses.quaternion[begin])
     translation = rotations.rotate(back, poses.position[end] - poses.position[begin])
     return translation, rotations.product(back, poses.quaternion[end])

@@ -1,4 +1,4 @@
-"""Errors against a known truth, and their coverage by a filter's stated variance."""
+"""Errors against a known truth, and check of a filter's stated variance."""
 
 from __future__ import annotations
 
@@ -26,13 +26,12 @@ from zerorate.types import Floats
 def rmse(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> float | Floats:
     """Return the root mean square of estimate minus reference.
 
-    It needs a reference, and combines noise, bias and delay; compare it with the RMSE of
-    `equal_delay_lowpass`.
+    It combines noise, bias and delay: compare it with the RMSE of `equal_delay_lowpass`.
 
     Parameters
     ----------
     reference, estimate : array_like, shape (n,) or (n, k)
-        The same samples in any one unit.
+        Reference and estimate at the same samples, in the same unit.
 
     Returns
     -------
@@ -54,18 +53,18 @@ def rmse(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> float | Floats:
 
 
 def regret(estimate: npt.ArrayLike, truth: npt.ArrayLike, optimal: npt.ArrayLike) -> float | Floats:
-    """Return the ratio of an estimate's error to the best possible estimate's error.
+    """Return an estimate's RMSE divided by the RMSE of the best possible estimate.
 
-    1 is perfect. It needs simulated data, so it hides properties of real noise that the simulation
-    lacks. For several seeds, concatenate their records and call this once: the mean of separate
-    ratios is dominated by small denominators.
+    The best value is 1. It needs simulated data, so it does not show properties of real noise that
+    the simulation lacks. For several seeds, concatenate their records and call it once: small
+    denominators would dominate a mean of separate ratios.
 
     Parameters
     ----------
     estimate, truth : array_like, shape (n,) or (n, k)
-        The filter's drift and the true drift, which is the second result of `zerorate.simulate`.
+        Drift estimated by the filter, and true drift, the second result of `zerorate.simulate`.
     optimal : array_like, shape (n,) or (n, k)
-        Estimate of the Kalman filter with the true model, on the same signal.
+        Estimate of the Kalman filter with the true model, from the same signal.
 
     Returns
     -------
@@ -75,7 +74,7 @@ def regret(estimate: npt.ArrayLike, truth: npt.ArrayLike, optimal: npt.ArrayLike
     Raises
     ------
     ValueError
-        If the shapes differ, no sample is present in all, or `optimal` is without error.
+        If the shapes differ, no sample is present in all, or `optimal` has no error.
 
     Examples
     --------
@@ -104,24 +103,25 @@ def settling_time(
 ) -> float | Floats:
     """Return the first time from which an estimate stays within a tolerance of its target.
 
-    It is the time to wait after switching on. It is dominated by the single worst sample, so a
-    noisy estimate that is right on average may never settle: choose the tolerance above its noise.
+    It is the time to wait after power-on. The worst sample determines it. A noisy estimate that is
+    right on average may never settle, so choose a tolerance above its noise.
 
     Parameters
     ----------
     estimate : array_like, shape (n,) or (n, k)
-        A bias or drift in any unit.
+        Estimated bias or drift in any unit.
     target : float, or array_like of the shape of `estimate`
         Final value, or the true value at each time.
     tolerance : float
         Largest difference, in the unit of the data.
     rate : float
-        Samples per second, Hz; by default that of a `Log`.
+        Sampling rate, Hz. Default: the rate of a `Log`.
 
     Returns
     -------
     float or ndarray, shape (k,)
-        Seconds after the first sample; infinity if the last sample present is still outside.
+        Time after the first sample, s; infinity if the last present sample is outside the
+        tolerance.
 
     Raises
     ------
@@ -150,7 +150,7 @@ def settling_time(
 
 
 def _settling_samples(x: Floats, y: Floats, widest: float) -> float:
-    """Return the number of samples up to the first present one after the last one outside."""
+    """Return the index of the first present sample after the last one outside the tolerance."""
     indices = np.flatnonzero(present_mask(x, y))
     outside = np.flatnonzero(np.abs(x[indices] - y[indices]) > widest)
     if outside.size == 0:
@@ -166,23 +166,23 @@ def nis(
 ) -> float | Floats:
     """Return the mean normalised innovation squared, mean(e^2 / S).
 
-    It is 1 if the stated covariance is right, more if it is too small, less if it is too large. It
-    hides correlation: a value of 1 at rest says nothing about motion, nor about whiteness of the
-    innovations. So report it once at rest and once in motion.
+    It is 1 if the stated covariance is right, above 1 if the covariance is too small, and below 1
+    if it is too large. It does not show the correlation of innovations. A value of 1 at rest says
+    nothing about motion: report it once at rest and once in motion.
 
     Parameters
     ----------
     innovation : array_like, shape (n,) or (n, k)
-        Measurement minus prediction.
+        Measurement minus predicted measurement.
     innovation_variance : array_like, the same shape, or one that broadcasts to it
-        The filter's own variance S of the innovation, in the unit of the data squared.
+        Variance S of the innovation as stated by the filter, in the squared unit of the data.
     where : array_like of bool, shape (n,) or that of `innovation`, optional
-        The samples that count, such as those at rest; by default all.
+        Mask of the samples to include, such as samples at rest. Default: all.
 
     Returns
     -------
     float or ndarray, shape (k,)
-        Mean over the samples present in both; for n independent innovations its standard deviation
+        Mean over the samples present in both. For n independent innovations its standard deviation
         is sqrt(2/n).
 
     Raises
@@ -206,23 +206,23 @@ def nis(
 
 
 def coverage(error: npt.ArrayLike, sigma: npt.ArrayLike) -> float | Floats:
-    """Return the share of errors that are no larger than the filter's standard deviation.
+    """Return the share of errors within the filter's standard deviation.
 
-    It is 0.683 for Gaussian errors and a right sigma, less if sigma is too small. It hides the size
-    of the larger errors. Errors of a bias last long, so a record has few independent ones: use many
-    records.
+    It is 0.683 for Gaussian errors and a right sigma, and less if sigma is too small. It does not
+    show the size of the larger errors. Errors of a bias last long, so a record has few independent
+    errors: use many records.
 
     Parameters
     ----------
     error : array_like, shape (n,) or (n, k)
         Estimate minus truth.
     sigma : array_like, the same shape
-        The filter's standard deviation of its estimate.
+        Standard deviation of the estimate as stated by the filter.
 
     Returns
     -------
     float or ndarray, shape (k,)
-        Share of the samples present in both, from 0 to 1.
+        Share from 0 to 1, over the samples present in both.
 
     Raises
     ------
@@ -253,7 +253,7 @@ def _broadcast_variance(innovation: npt.ArrayLike, variance: npt.ArrayLike) -> F
 
 
 def _mask_innovations(innovation: npt.ArrayLike, where: npt.ArrayLike) -> Floats:
-    """Return the innovations, missing where they do not count."""
+    """Return the innovations, with NaN for excluded samples."""
     e, mask = columns("innovation", innovation), np.asanyarray(where)
     if mask.dtype != np.bool_:
         raise ArgumentError("where", f"must hold true and false, got dtype {mask.dtype}")

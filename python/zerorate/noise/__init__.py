@@ -1,4 +1,4 @@
-"""Noise of sensors at rest: deviation curves, the models fitted to them, and their exports."""
+"""Noise of sensors at rest: deviation curves, fitted models, and their exports."""
 
 from zerorate._native import AllanNoise, MotionDetector
 from zerorate.noise.allan import allan

@@ -1,4 +1,4 @@
-"""The deviation curve of a record."""
+"""Deviation curve of a record."""
 
 from __future__ import annotations
 
@@ -37,35 +37,36 @@ def allan(
     confidence: float = _ONE_SIGMA,
     threads: int | None = None,
 ) -> AllanResult:
-    """Return the Allan deviation of a record, or one of its relatives, with bounds.
+    """Return the Allan deviation of a record, or a related deviation, with bounds.
 
     Parameters
     ----------
     z : array_like, shape (n,) or (n, k), or Log
         Rates of one or k axes, in `unit`; values that are not finite count as missing. A `Log` has
-        its own rate, unit and names; the names in a data frame or series state the unit.
+        its own rate, unit and names. The names in a data frame or series state the unit.
     rate : float
         Samples per second, Hz.
     kind : str, default "oadev"
-        adev, oadev, mdev, tdev (Allan family), hdev, ohdev (Hadamard: blind to a rate ramp),
-        totdev, mtotdev, ttotdev, htotdev, theo1 (more certain at long averaging times), pdev.
+        Kind of deviation. Allan family: adev, oadev, mdev, tdev. Hadamard, without effect of a rate
+        ramp: hdev, ohdev. More certain at long averaging times: totdev, mtotdev, ttotdev, htotdev,
+        theo1. Parabolic: pdev.
     taus : {"octave", "decade", "all"} or sequence of float
-        Averaging times: octaves, ten per decade, every possible one, or seconds. Seconds are
-        rounded to whole samples; `notes` then has a sentence on it.
+        Averaging times: one per octave, ten per decade, all possible times, or times in s. Times
+        are rounded to whole samples, and `notes` then states this.
     unit : str, optional
-        Unit of `z`, an angular rate or an acceleration: "deg/s", "rad/s", "g", ... Without it the
-        results are in the unit of the samples, and cannot be converted or exported.
+        Unit of `z`, an angular rate or an acceleration: "deg/s", "rad/s", "g", ... Without a unit
+        the results are in the unit of the samples, and cannot be converted or exported.
     names : sequence of str, optional
         One name per axis.
     bridge : int, default 0
-        Longest gap, in samples, that is filled with a straight line. All terms that span a longer
-        gap are lost.
+        Longest gap that is filled with a straight line, in samples. Terms across longer gaps are
+        left out.
     exponent : int, optional
-        Noise type that the bounds assume, -4 to 2; by default it is found at each tau.
+        Noise type for the bounds, -4 to 2. Default: estimated at each tau.
     confidence : float, default 0.683
-        Probability that the bounds hold the true deviation.
+        Probability that the true deviation is inside the bounds.
     threads : int, optional
-        Number of threads; default: all cores. The result does not depend on it.
+        Number of threads. Default: all cores. It does not change the result.
 
     Returns
     -------
@@ -75,15 +76,15 @@ def allan(
     Raises
     ------
     ValueError
-        If the record is too short, holds no sample, or an argument is not as described.
+        If the record is too short or has no sample, or an argument is not as described.
 
     Notes
     -----
-    IEEE Std 952-1997, annex C; W. J. Riley, D. A. Howe, NIST Special Publication 1065 (2008),
-    section 5, which also has the noise types (lag-1 autocorrelation, B1 and R(n)) and the degrees
-    of freedom of the reflected kinds. The mean is subtracted first, so a large offset costs no
-    precision. Computing time is O(n) for each tau, and O(n tau) for theo1, mtotdev, ttotdev and
-    htotdev.
+    Sources: IEEE Std 952-1997, annex C; W. J. Riley, D. A. Howe, NIST Special Publication 1065
+    (2008), section 5. The second also has the noise types (lag-1 autocorrelation, B1 and R(n)), and
+    the degrees of freedom of the total deviations. The mean is subtracted first, so a large offset
+    does not reduce the precision. Computing time is O(n) for each tau, and O(n tau) for theo1,
+    mtotdev, ttotdev and htotdev.
 
     Examples
     --------
@@ -140,7 +141,7 @@ def _check_arguments(confidence: float, exponent: int | None, bridge: int) -> No
 
 
 def _check_record(z: npt.ArrayLike | Log) -> npt.NDArray[np.generic]:
-    """Return the record as an array, as it is in memory."""
+    """Return the record as an array, without a copy."""
     record = columns_of(z, "z")
     if record.ndim not in (1, 2) or 0 in record.shape:
         raise ArgumentError(
@@ -150,7 +151,7 @@ def _check_record(z: npt.ArrayLike | Log) -> npt.NDArray[np.generic]:
 
 
 def _count_missing(record: npt.NDArray[np.generic]) -> Integers:
-    """Return the number of samples that each axis lacks, shape (k,), if none lacks all of them."""
+    """Return the number of missing samples of each axis, shape (k,), if no axis is empty."""
     present = np.isfinite(record).reshape(len(record), -1)
     if present.all():
         return np.zeros(present.shape[1], dtype=np.int64)
@@ -208,7 +209,7 @@ def _describe_record(
 
 
 def _describe_gaps(terms: Integers, taus: Floats, names: tuple[str, ...]) -> Iterator[str]:
-    """Yield notes on the averaging times for which the gaps leave no term."""
+    """Yield notes on the averaging times without a term because of gaps."""
     for name, counts in zip(names, terms.reshape(taus.size, -1).T, strict=True):
         lost = np.flatnonzero(counts == 0)
         if lost.size:

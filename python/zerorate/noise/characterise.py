@@ -1,4 +1,4 @@
-"""The noise of every axis of one sensor: deviations, models, a second opinion, and warnings."""
+"""Noise of every axis of one sensor: deviations, models, a second opinion, and warnings."""
 
 import json
 import math
@@ -27,15 +27,15 @@ from zerorate.record import Log, LogError
 from zerorate.record.log import notes_of
 from zerorate.types import Floats
 
-# Every kind has an averaging time from here on.
+# From this number of samples every kind has an averaging time.
 _MIN_SAMPLES: Final = 20
 _NOTABLE_MISFIT: Final = 0.1
-"""Misfit of deviations that is worth a word; standard errors include any."""
+"""Misfit of deviations above which a note is given; standard errors include any misfit."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """The noise of one axis.
+    """Noise of one axis.
 
     Attributes
     ----------
@@ -44,9 +44,9 @@ class Axis:
     model : FittedModel or None
         Model of the deviation curve; None if nothing can be fitted.
     second : FittedModel or None
-        Estimate from the spectrum; None if it was not requested or is not possible.
+        Estimate from the spectrum; None if not requested or not possible.
     doubts : tuple of str
-        Reasons why there is no model, or why it is doubtful.
+        Reasons why the model is missing or doubtful.
     """
 
     name: str
@@ -57,7 +57,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Characterisation:
-    """The sensors of one kind in one log.
+    """Noise of the sensors of one kind in a log.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Characterisation:
     curve : AllanResult
         Deviations of every axis.
     axes : tuple of Axis
-        Models and doubts, one for each column.
+        Models and doubts, one entry per column.
     """
 
     log: Log
@@ -80,13 +80,13 @@ class Characterisation:
 
     @property
     def worst(self) -> NoiseModel | None:
-        """One model with the largest coefficients of all axes; None if no axis has a model."""
+        """Model with the largest coefficients of all axes; None if no axis has a model."""
         models = [model for model in self.models if model is not None]
         return worst_axis(models) if models else None
 
     @property
     def moved(self) -> tuple[bool, ...]:
-        """Mask of axes with signs of motion; all axes if most have them."""
+        """Mask of axes with signs of motion; all axes if most of them have signs."""
         return tuple(doubt.moved for doubt in self.curve.doubts)
 
     @property
@@ -137,9 +137,9 @@ def characterise_log(
     kind, taus, bridge, confidence
         As in `zerorate.allan`.
     markov : int
-        Number of Markov terms to find; default 0.
+        Number of Markov terms to estimate. Default 0.
     second_opinion : bool
-        Also estimate from the spectrum; default True.
+        Also estimate from the spectrum. Default True.
     progress : callable, optional
         Called with the name of the step and the fraction done. By default a notebook shows a bar.
 
@@ -151,7 +151,7 @@ def characterise_log(
     Raises
     ------
     LogError
-        If the log has fewer than 20 samples, or a column has none.
+        If the log has fewer than 20 samples, or a column has no samples.
     ValueError
         If an argument is not as described.
     """
@@ -161,7 +161,7 @@ def characterise_log(
     curve = allan(log, kind=kind, taus=taus, bridge=bridge, confidence=confidence)
 
     axes = []
-    # Transforms need no interpreter lock: they run during the fits.
+    # Transforms do not hold the interpreter lock, so they run during the fits.
     with ThreadPoolExecutor(1) as executor:
         columns = [np.ascontiguousarray(z) for z in log.data.T]
         spectra = [executor.submit(Spectrum.of, z, log.rate) for z in columns]
@@ -175,7 +175,7 @@ def characterise_log(
 def models_json(sensors: Sequence[Characterisation], *, doubtful: bool = True) -> str:
     """Return models and notes of all axes of a log as JSON, null for an axis without a model.
 
-    Without `doubtful` a doubtful model raises ValueError, as in other exports.
+    If a model is doubtful and `doubtful` is False, ValueError is raised, as in other exports.
     """
     models = [axis.model for sensor in sensors for axis in sensor.axes if axis.model is not None]
     if not doubtful:
@@ -190,7 +190,7 @@ def models_json(sensors: Sequence[Characterisation], *, doubtful: bool = True) -
 
 
 def collect_notes(sensors: Sequence[Characterisation]) -> tuple[str, ...]:
-    """Return the sentences on a log and on its sensors, each once."""
+    """Return the sentences on a log and on its sensors, without repetition."""
     notes = [note for sensor in sensors for note in sensor.notes]
     notes += [note for sensor in sensors for note in notes_of(sensor.log, evenly_spaced=True)]
     return tuple(dict.fromkeys(notes))
@@ -233,7 +233,7 @@ def _characterise_axis(
 def _filtered_axis(
     name: str, curve: AllanResult, second: FittedModel, filtered: Filtered, markov: int
 ) -> Axis:
-    """Return an axis whose spectrum a plain model misses."""
+    """Return an axis with a spectrum that a plain model does not explain."""
     why = "".join(doubt.why for doubt in curve.doubts)
     if filtered.response is not None:
         model, doubt = _try_fit(lambda: curve.fit_behind(filtered, markov))
@@ -249,7 +249,7 @@ def _filtered_axis(
 
 
 def _contradiction(name: str, model: FittedModel | None, second: FittedModel) -> str:
-    """Return that curve and spectrum give another white noise, empty where they agree."""
+    """Return a sentence if curve and spectrum give different white noise, otherwise ""."""
     if model is None:
         return ""
     first, other = (coefficient_of(m, "angle_random_walk") for m in (model, second))
@@ -262,10 +262,10 @@ def _contradiction(name: str, model: FittedModel | None, second: FittedModel) ->
 def _try_fit(
     fit: Callable[[], FittedModel | tuple[FittedModel, ...]],
 ) -> tuple[FittedModel | None, str]:
-    """Return a model, or why there is none."""
+    """Return a model, or the reason why there is none."""
     try:
         model = fit()
     except ValueError as error:
         return None, str(error)
-    assert isinstance(model, FittedModel)  # one axis has one model
+    assert isinstance(model, FittedModel)  # a single axis has a single model
     return model, ""

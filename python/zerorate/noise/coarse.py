@@ -1,4 +1,4 @@
-"""White noise smaller than the step of the samples, from the counts of each level."""
+"""White noise smaller than the step of the samples, from the number of samples at each level."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from zerorate.noise.quantities import UNKNOWN, si_unit
 from zerorate.types import Floats
 
 _MAX_LEVEL_SHARE: Final = 0.25
-"""Levels over samples, beyond which samples are not stepped."""
+"""Largest ratio of the number of levels to the number of samples of a stepped record."""
 _FINE_DEVIATION: Final = 0.58
-"""Deviation over the step from which the spectrum of the samples is that of the noise."""
+"""Standard deviation over the step above which the samples' spectrum is the noise's spectrum."""
 _LOCAL_S: Final = 2.0
 _MIN_LOCAL_SAMPLES: Final = 100
 _WINDOW_S: Final = 10.0
@@ -28,15 +28,17 @@ _REACH: Final = 4
 _DEVIATIONS: Final = np.geomspace(0.05, 1.0, 25)
 _FARTHEST: Final = 1.5
 _LEVEL_STEP: Final = 0.05
-"""Of the levels that are tried for a window, over the deviation."""
+"""Step of the levels that are tried for a window, over the standard deviation."""
 _MAX_LOSS: Final = 2.71
 """Twice the loss of log likelihood at a one-sided bound of 95 %."""
 _MODEL_ERROR: Final = 0.02
-"""Part by which a level for each window may pull the deviation down."""
+"""Relative reduction of the standard deviation by the fit of a level to each window."""
 _MIN_DEVIATION: Final = 0.18
-"""Deviation over the step below which only a bound is stated: too few samples leave a level."""
+"""Standard deviation over the step below which only a bound is stated, because too few samples
+leave a level.
+"""
 _FEW_LEVELS_ERROR: Final = 0.1
-"""Part by which a level for each window may pull such a deviation down."""
+"""The same reduction for standard deviations near this limit."""
 _NOTABLE_ROUNDING: Final = 0.02
 _ONE_SIDED_95: Final = 1.6448536269514722
 
@@ -50,8 +52,8 @@ class Coarse:
     step : float
         Step of the samples, in their unit.
     deviation : Coefficient or None
-        Standard deviation of a sample's white noise, in their unit; None if the noise is not white,
-        and then nothing is reported.
+        Standard deviation of a sample's white noise, in the unit of the samples. None if the noise
+        is not white; nothing is reported then.
     """
 
     step: float
@@ -59,7 +61,7 @@ class Coarse:
 
 
 def find_coarse(record: Floats, rate: float) -> Coarse | None:
-    """Return the noise of one axis if its step is larger than its noise, otherwise None."""
+    """Return the noise of one axis if its step exceeds the noise, otherwise None."""
     present = record[np.isfinite(record)]
     step = find_step(present)
     if step == 0.0 or _local_deviation(present, rate) > _FINE_DEVIATION * step:
@@ -97,7 +99,7 @@ def describe_coarse(coarse: Coarse, rate: float, unit: str) -> str:
 
 
 def describe_rounding(record: Floats, rate: float) -> str:
-    """Return a note on the share of rounding in N if it exceeds 2 %, otherwise ""."""
+    """Return a note if rounding contributes more than 2 % to N, otherwise ""."""
     present = record[np.isfinite(record)]
     step = find_step(present)
     if step == 0.0:
@@ -110,7 +112,7 @@ def describe_rounding(record: Floats, rate: float) -> str:
 
 
 def find_step(present: Floats) -> float:
-    """Return the step of samples, 0 if they have no step or are all equal."""
+    """Return the step of samples, 0 without a step or if all samples are equal."""
     levels, counts = np.unique(present, return_counts=True)
     if levels.size < 2 or levels.size > _MAX_LEVEL_SHARE * present.size:
         return 0.0
@@ -121,7 +123,7 @@ def find_step(present: Floats) -> float:
 
 
 def _local_deviation(present: Floats, rate: float) -> float:
-    """Return the standard deviation within short windows, about a line."""
+    """Return the standard deviation about a line in short windows."""
     width = min(max(round(_LOCAL_S * rate), _MIN_LOCAL_SAMPLES), present.size)
     if width < 3:
         return math.inf
@@ -140,7 +142,7 @@ def _looks_white(levels: Floats) -> bool:
     square = float(np.sum(windows**2))
     if square == 0.0:
         return True
-    # The mean of each window is subtracted, which alone correlates its samples by so much.
+    # Correlation of samples from subtracting the mean of each window.
     limit = 0.02 + 4.0 / math.sqrt(levels.size) + 1.0 / width
     lags = range(1, min(_LAGS, width - 1) + 1)
     return all(
@@ -149,7 +151,7 @@ def _looks_white(levels: Floats) -> bool:
 
 
 def _deviation_of_counts(levels: Floats, rate: float) -> Coefficient:
-    """Return the deviation over the step that makes the counts of each window likeliest."""
+    """Return the standard deviation over the step with the largest likelihood of the counts."""
     counts = _count_levels(levels, max(round(_WINDOW_S * rate), _MIN_WINDOW_SAMPLES))
     likelihood = np.array([_likelihood(counts, deviation) for deviation in _DEVIATIONS])
     loss = 2.0 * (likelihood.max() - likelihood)
@@ -167,7 +169,7 @@ def _deviation_of_counts(levels: Floats, rate: float) -> Coefficient:
 
 
 def _count_levels(levels: Floats, width: int) -> Floats:
-    """Return the counts of levels near the commonest, shape (windows, 2 reach + 1)."""
+    """Return the counts of levels near the most frequent one, shape (windows, 2 reach + 1)."""
     counts = []
     for first in range(0, levels.size, width):
         window = levels[first : first + width]
@@ -178,7 +180,7 @@ def _count_levels(levels: Floats, width: int) -> Floats:
 
 
 def _likelihood(counts: Floats, deviation: float) -> float:
-    """Return the log likelihood, each window at its best level."""
+    """Return the log likelihood with the best level of each window."""
     levels = np.arange(-_FARTHEST, _FARTHEST, _LEVEL_STEP * deviation)
     edges = np.arange(-_REACH - 0.5, _REACH + 1.0)
     below = np.exp(log_normal_cdf(((edges - levels[:, None]) / deviation).ravel()))
@@ -194,13 +196,13 @@ def _likelihood(counts: Floats, deviation: float) -> float:
 
 
 def _crossing(loss: Floats, i: int, j: int) -> float:
-    """Return the deviation between two at which the loss is that of a bound."""
+    """Return the standard deviation between two values at which the loss reaches the bound's."""
     share = (_MAX_LOSS - loss[i]) / (loss[j] - loss[i])
     return float(_DEVIATIONS[i] * (_DEVIATIONS[j] / _DEVIATIONS[i]) ** share)
 
 
 def _summit(loss: Floats, best: int) -> tuple[float, float]:
-    """Return the deviation of the least loss, and the loss' curvature in its logarithm."""
+    """Return the standard deviation of the smallest loss, and the curvature by its logarithm."""
     x = np.log(_DEVIATIONS[best - 1 : best + 2])
     square, slope, _ = np.polyfit(x - x[1], loss[best - 1 : best + 2], 2)
     return float(math.exp(x[1] - 0.5 * slope / square)), float(2.0 * square)

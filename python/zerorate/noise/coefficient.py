@@ -1,4 +1,4 @@
-"""A noise coefficient with its uncertainty, and the dataclass field that holds one."""
+"""Noise coefficient with its uncertainty, and the dataclass field that holds it."""
 
 import math
 from typing import Any, Final, Self, overload
@@ -10,28 +10,27 @@ _ONE_SIDED_95: Final = 1.6448536269514722
 
 
 class Coefficient(float):
-    """A coefficient of a noise model: a float with its standard error.
+    """Coefficient of a noise model: a float with its standard error.
 
-    Arithmetic on it gives plain floats; it equals, and hashes as, its value.
+    Arithmetic gives plain floats. Comparison and hash use the value.
 
     Parameters
     ----------
     value : float
         The coefficient, in any unit; finite.
     sigma : float
-        Standard error in the same unit. 0 (the default) for a given, not estimated, number.
+        Standard error in the same unit. Default 0, for a given number.
     identifiable : bool
-        True if the record determines the coefficient, or the number was given (the default).
+        True if the record determines the coefficient, or the number was given (default).
     upper_bound : float, optional
-        One-sided 95 % bound. Default: ``value + 1.645 * sigma``, which is the value itself for a
-        given number. Required if the coefficient is not identifiable; infinity then means that it
-        is unknown.
+        One-sided 95 % bound. Default: ``value + 1.645 * sigma``. It is required if the coefficient
+        is not identifiable; infinity means that the coefficient is unknown.
 
     Raises
     ------
     ValueError
-        If a number is not finite, sigma is negative, the bound is below the value, or the bound of
-        a coefficient that is not identifiable is missing. Only this bound may be infinite.
+        If a number is not finite, sigma is negative, or the bound is below the value. If the
+        coefficient is not identifiable and has no bound. Only a bound may be infinite.
 
     Examples
     --------
@@ -105,8 +104,8 @@ class Coefficient(float):
     def conservative(self) -> float:
         """The value, or the upper bound if the value is not identifiable.
 
-        Give this number to a filter, which must not mistake an unknown coefficient for zero. It is
-        infinity for an unknown coefficient.
+        Use it in a filter, where an unknown coefficient must not count as zero. It is infinity for
+        an unknown coefficient.
         """
         return self.value if self._identifiable else self._upper_bound
 
@@ -121,7 +120,7 @@ class Coefficient(float):
         Returns
         -------
         Coefficient
-            The coefficient, identifiable if this one is.
+            Scaled coefficient, identifiable if this coefficient is.
         """
         return Coefficient(
             self.value * factor,
@@ -161,22 +160,22 @@ def _check_finite(name: str, value: float) -> float:
 
 
 UNKNOWN_COEFFICIENT: Final = Coefficient(0.0, identifiable=False, upper_bound=math.inf)
-"""A coefficient that nobody measured or stated: it counts as absent where a value is needed."""
+"""Coefficient that was neither measured nor stated; it counts as absent where a value is needed."""
 
 
 class CoefficientField:
-    """A descriptor that makes a dataclass field take a number and hold a `Coefficient`.
+    """Descriptor of a dataclass field that takes a number and holds a `Coefficient`.
 
     None is an unknown coefficient, unless the field is required.
 
     Parameters
     ----------
     signed : bool
-        Allow negative numbers; default False.
+        Allow negative numbers. Default False.
     positive : bool
-        Do not allow zero; default False.
+        Exclude zero. Default False.
     required : bool
-        The field has no default; otherwise its default is an unknown coefficient.
+        The field has no default. Otherwise the default is an unknown coefficient.
     """
 
     def __init__(
@@ -195,7 +194,7 @@ class CoefficientField:
     @overload
     def __get__(self, instance: object, owner: type) -> Coefficient: ...
     def __get__(self, instance: object | None, owner: type) -> Coefficient:
-        """Return the coefficient; on the class, the default, which is unknown."""
+        """Return the coefficient; on the class, the unknown coefficient as default."""
         if instance is None:
             if self._required:
                 # A dataclass treats this as a field without a default.

@@ -1,10 +1,10 @@
 """Variances and covariances of the estimates of one curve.
 
-An estimate at m samples is the mean of squares of a difference D_m of the phase. For Gaussian noise
-the covariance of two such means is the mean over pairs of terms of 2 C(k)², where C(k) is the
-covariance of one difference with another k samples later: the argument of Greenhall and Riley,
-"Uncertainty of stability variances based on finite differences" (PTTI 2003), for two averaging
-times at once.
+An estimate at m samples is the mean of squares of a difference D_m of the phase. C(k) is the
+covariance of two such differences at a distance of k samples. For Gaussian noise, the covariance of
+two estimates is the mean of 2 C(k)² over all pairs of terms. This extends Greenhall and Riley,
+"Uncertainty of stability variances based on finite differences" (PTTI 2003), to two averaging
+times.
 """
 
 import math
@@ -17,8 +17,9 @@ from zerorate.noise.kinds import Kind
 from zerorate.noise.processes import Process
 from zerorate.types import Floats, Integers
 
-# C(k) bends where a point of the shorter difference meets one of the longer: so many points lie
-# to each side of these, a sixteenth of the shorter averaging time apart, so many over the whole.
+# C(k) bends where a point of the shorter difference meets a point of the longer one. Number of lags
+# on each side of a bend, a sixteenth of the shorter averaging time apart, and number of lags over
+# the whole range.
 _NEAR_LAGS: Final = 40
 _FAR_LAGS: Final = 128
 
@@ -31,11 +32,11 @@ class CurveStatistics:
     kind : Kind
         Kind of deviation.
     m : ndarray of int, shape (t,)
-        Averaging times in samples, rising.
+        Averaging times in samples, in rising order.
     terms : ndarray of int, shape (t,)
         Number of terms in the mean of each estimate.
     processes : sequence of Process
-        Noise processes that the record may contain, p of them.
+        Noise processes that the record may contain, p processes.
 
     Attributes
     ----------
@@ -73,7 +74,8 @@ class CurveStatistics:
         strengths : ndarray, shape (p,)
             Variances of the processes.
         ramp : float
-            Slope of the rate per sample. It is not random, but its products with the noise are.
+            Slope of the rate per sample. It is not random, but its products with the noise are
+            random.
         """
         first, second = self._pairs
         products = (ramp * self._ramp)[first] * (ramp * self._ramp)[second]
@@ -91,10 +93,10 @@ def variances(kind: Kind, m: Integers, process: Process) -> Floats:
 
 
 def degrees_of_freedom(kind: Kind, m: Integers, terms: Integers, process: Process) -> Floats:
-    """Return the degrees of freedom of estimates if one process dominates, shape (t,).
+    """Return the degrees of freedom of estimates with one dominant process, shape (t,).
 
-    These are the degrees of freedom of a chi-squared variable with the same ratio of mean and
-    standard deviation.
+    A chi-squared variable with these degrees of freedom has the same ratio of mean to standard
+    deviation.
     """
     taus = m.astype(np.float64)[:, None]
     span = (terms * _stride(kind, m))[:, None]
@@ -112,7 +114,7 @@ def _stride(kind: Kind, m: Integers) -> Floats:
 
 
 def _step(kind: Kind, shorter: Floats, span: Floats) -> Floats:
-    """Return the distance of the points that lie dense, within an averaging time or few terms."""
+    """Return the distance of the dense lags: within an averaging time, or within few terms."""
     if not kind.overlapping:
         return shorter
     return np.maximum(np.floor(np.minimum(shorter, span) / 16.0), 1.0)
@@ -124,7 +126,7 @@ def _reach(kind: Kind) -> int:
 
 
 def _lag_grid(reach: int, a: Floats, b: Floats, step: Floats) -> tuple[Floats, Floats]:
-    """Return distances k and the share of the axis that each stands for, (pairs, lags)."""
+    """Return lags k and the share of the axis for each, shape (pairs, lags)."""
     near = step * np.arange(-_NEAR_LAGS, _NEAR_LAGS + 16 * reach + 1.0)
     kinks = [near - i * b for i in range(reach + 1)]
     margin = 2.0 * (a + b)
@@ -154,13 +156,13 @@ def _cross_covariance(
             distance = lags + j * b - i * a
             total += signs[i] * signs[j] * _average_phase(kind, process, a, b, distance)
     total /= math.factorial(kind.order) * a * b
-    # A covariance at single points would count as often as its neighbours are far.
+    # A covariance at a single point would get the weight of the distance to its neighbours.
     alone = process.is_point and kind.overlapping and not kind.modified
     return total / np.sqrt(step) if alone else total
 
 
 def _average_phase(kind: Kind, process: Process, a: Floats, b: Floats, k: Floats) -> Floats:
-    """Return s(k) of the phase, averaged over `a` and `b` samples where the kind does so."""
+    """Return s(k) of the phase, averaged over `a` and `b` samples for modified kinds."""
     if not kind.modified:
         return process.phase(k)
     s = process.summed

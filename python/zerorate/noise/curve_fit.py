@@ -1,4 +1,4 @@
-"""Noise coefficients from a deviation curve, and the curve that a model expects."""
+"""Noise coefficients from a deviation curve, and the expected curve of a model."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from zerorate.noise.result import AllanResult
 
 _TIMES_PER_DECADE: Final = 8
-# Keeps what has no scatter of its own, a ramp or a sine, from an infinite weight.
+# Limits the weight of a ramp or a sine, which have no scatter.
 _MIN_RELATIVE_VARIANCE: Final = 1e-12
 
 _POWERS: Final = {
@@ -50,9 +50,9 @@ class Curve:
     Parameters
     ----------
     estimator : Kind
-        Estimated kind of deviation.
+        Kind of the estimated deviation.
     kind : Kind
-        The same kind without reflection; the estimates are corrected for the effect of reflection.
+        The same kind without reflection; estimates are corrected for the effect of reflection.
     rate : float
         Samples per second, Hz.
     m, terms : ndarray of int, shape (t,)
@@ -83,11 +83,11 @@ def curve_fit(
     Parameters
     ----------
     curve : Curve
-        Estimates at averaging times not closer than a quarter of an octave.
+        Estimates at averaging times at least a quarter of an octave apart.
     terms : sequence of str
         Coefficients to estimate.
     times : sequence of float, or int
-        Correlation times of Markov terms in s; or the number of terms whose times are estimated.
+        Correlation times of Markov terms, s; or the number of terms with unknown times.
     frequencies : sequence of float
         Frequencies of sines, Hz.
     unit : tuple
@@ -109,7 +109,7 @@ def curve_fit(
 
 
 class _Design:
-    """The columns of the fit of one curve, and how its points vary together."""
+    """Columns of the fit of one curve, and the covariance of its points."""
 
     def __init__(
         self,
@@ -185,10 +185,10 @@ def _find_times(
     frequencies: Sequence[float],
     white: Process,
 ) -> list[float]:
-    """Return correlation times, found one after the other, each where chi-squared is least.
+    """Return correlation times, each found by the smallest chi-squared after the others.
 
-    The scatter is taken from the fit without the term that is looked for, so that a trial costs
-    one linear fit.
+    The scatter comes from the fit without the new term, so that each trial needs only one linear
+    fit.
     """
     times: list[float] = []
     first, last = 2.0 / curve.rate, float(curve.m[-1]) / curve.rate
@@ -208,32 +208,33 @@ def _find_times(
 
 
 class ExpectedTerm(NamedTuple):
-    """One term of a model: its field, and its rate deviation in SI, shape (t,)."""
+    """Term of a model: its field, and its rate deviation in SI, shape (t,)."""
 
     field: str
     deviation: Floats
 
 
 def expected_terms(model: NoiseModel, curve: "AllanResult") -> tuple[ExpectedTerm, ...]:
-    """Return the terms of a model that are not zero, at the averaging times of a curve.
+    """Return the nonzero terms of a model at the averaging times of a curve.
 
     Parameters
     ----------
     model : NoiseModel
-        In SI units.
+        Noise model in SI units.
     curve : AllanResult
         Curve of any kind; only its averaging times, rate and kind are used.
 
     Returns
     -------
     tuple of ExpectedTerm
-        Terms of a sampled record, as `AllanResult.fit` compares them, not of a continuous one.
+        Terms of a sampled record, which `AllanResult.fit` also uses. They differ slightly from
+        terms in continuous time.
     """
     return tuple(term for term in _yield_terms(model, curve) if np.any(term.deviation > 0.0))
 
 
 def expected_deviation(model: NoiseModel, curve: "AllanResult") -> Floats:
-    """Return the deviation of the rate that a model expects, in SI, shape (t,)."""
+    """Return the expected deviation of the rate for a model, in SI, shape (t,)."""
     terms = (term.deviation for term in expected_terms(model, curve))
     return reduce(np.hypot, terms, np.zeros(curve.taus.size))
 
@@ -259,16 +260,16 @@ def _yield_terms(model: NoiseModel, curve: "AllanResult") -> Iterator[ExpectedTe
 def polynomial_fit(taus: Floats, deviation: Floats, unit: tuple[float, Quantity]) -> FittedModel:
     """Fit sigma^2 = sum of A_n tau^n, n = -2 to 2, by least squares of relative errors.
 
-    Every averaging time has the same weight and is assumed independent of the others. So the stated
-    errors are too small, and a term without evidence may come out large. For these properties the
-    method is not the default. A negative coefficient is not identifiable.
+    Every averaging time has the same weight and is assumed independent of the others. Therefore the
+    stated errors are too small, and a term without evidence may be large. The method is not the
+    default for these reasons. A negative coefficient is not identifiable.
 
     Parameters
     ----------
     taus, deviation : ndarray, shape (t,)
-        A curve of the Allan family.
+        Averaging times, s, and a curve of the Allan family.
     unit : tuple
-        Unit of the deviation in SI, and what it measures.
+        SI unit of the deviation, and its quantity.
     """
     if taus.size < _MIN_TAUS:
         raise ValueError(f"the polynomial fit needs {_MIN_TAUS} averaging times, has {taus.size}")

@@ -1,4 +1,4 @@
-"""Noise densities for the navigation filter, from a model."""
+"""Noise densities for the navigation filter from a noise model."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ if TYPE_CHECKING:
 _QUANTITY: Final = {"gyro": "angular rate", "accel": "acceleration"}
 
 _FLICKER_FLOOR: Final = 0.664
-"""The flat part of an Allan deviation over the bias instability."""
+"""Flat part of an Allan deviation over the bias instability."""
 
 _HORIZON_S: Final = 100.0
-"""Seconds of flicker noise that a walk is to cover."""
+"""Time in which a random walk reaches the bias instability, s."""
 
 
 def densities(model: NoiseModel, sensor: str) -> tuple[float, float | None]:

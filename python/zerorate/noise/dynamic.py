@@ -1,4 +1,4 @@
-"""Deviation curves over a window that slides along a record."""
+"""Deviation curves in a window that slides along a record."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from zerorate.views import Result
 _DEFAULT_WINDOW_COUNT: Final = 50
 _TAUS_PER_WINDOW: Final = 10
 _MIN_SAMPLES: Final = 20
-# Windows at a time, so that the copies stay small compared with the record.
+# Number of windows in one computation, so that copies stay small compared with the record.
 _BATCH_WINDOWS: Final = 16
 
 
 @dataclass(frozen=True, eq=False)
 class DynamicAllan(Result):
-    """Deviations over a window that slides along a record.
+    """Deviations in a window that slides along a record.
 
     Attributes
     ----------
@@ -45,11 +45,11 @@ class DynamicAllan(Result):
     taus : ndarray, shape (t,)
         Averaging times, s.
     deviation : ndarray, shape (w, t)
-        Deviations in `unit`; NaN where gaps leave a window no term.
+        Deviations in `unit`; NaN if gaps leave no term in a window.
     window : float
         Length of a window, s.
     unit : str
-        Unit of the record; ``"unit"`` where it is not known.
+        Unit of the record; ``"unit"`` if it is unknown.
 
     Examples
     --------
@@ -79,7 +79,7 @@ def dynamic_allan(
     unit: str | None = None,
     threads: int | None = None,
 ) -> DynamicAllan:
-    """Return deviations over a window that slides along a record.
+    """Return deviation curves in a window that slides along a record.
 
     Use it for sensors with changing noise: warm-up, intermittent vibration, a failing part.
 
@@ -88,12 +88,12 @@ def dynamic_allan(
     z : array_like, shape (n,)
         Rates; values that are not finite count as missing.
     rate : float
-        Samples per second, Hz; by default that of a `Log`.
+        Sampling rate, Hz. Default: the rate of a `Log`.
     window : float, optional
-        Length of the window in s; a tenth of the record by default. Averaging times go up to a
-        tenth of the window; longer ones would be mostly chance.
+        Length of the window, s. Default: a tenth of the record. Averaging times end at a tenth of
+        the window, because longer ones would be too uncertain.
     step : float, optional
-        Time from one window to the next, s; by default such that there are about fifty windows.
+        Time from one window to the next, s. Default: about fifty windows in the record.
     kind, taus, unit, threads
         As in `allan`.
 

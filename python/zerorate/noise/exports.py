@@ -1,4 +1,4 @@
-"""Noise models as the configuration files of estimators: Kalibr, VINS, ORB-SLAM3, PX4, ROS."""
+"""Export of noise models to Kalibr, VINS, ORB-SLAM3, PX4 and ROS."""
 
 import json
 import math
@@ -30,14 +30,14 @@ _RECORDING_ADVICE: Final = {
     "angle_random_walk": "record ten minutes at rest",
     "rate_random_walk": "record ten hours at rest",
 }
-"""Advice where a record does not determine a coefficient."""
+"""Advice for a record that does not determine a coefficient."""
 _REST_ADVICE: Final = (
     "record the sensor at rest, ten minutes for white noise, ten hours for its walk"
 )
 
 
 class _Setting(NamedTuple):
-    """One number of a configuration; not `identifiable` where it is an upper bound."""
+    """Number in a configuration; `identifiable` is False for an upper bound."""
 
     name: str
     value: float
@@ -46,12 +46,12 @@ class _Setting(NamedTuple):
 
     @property
     def remark(self) -> str:
-        """The unit, and a word if the number is a bound only."""
+        """Unit of the number, with a note if it is only a bound."""
         return f"{self.unit}{self.doubt}"
 
     @property
     def doubt(self) -> str:
-        """Note on a number that is a bound only."""
+        """Note on a number that is only a bound."""
         return (
             "" if self.identifiable else "; upper bound at 95 %, the record does not determine it"
         )
@@ -63,16 +63,16 @@ def _yaml_line(setting: _Setting) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class _Estimator:
-    """The file of one estimator.
+    """File format of one estimator.
 
     Parameters
     ----------
     gyro, accelerometer : tuple of str
-        What it calls white noise of each, and random walk if it takes one.
+        Estimator's names of white noise and, if used, random walk, for each sensor.
     lines : callable
-        Yields the lines of one number; one line of YAML by default.
+        Function that yields the lines of one number. Default: one line of YAML.
     of_samples : bool
-        True if its white noise is the standard deviation of a sample, behind a low-pass too.
+        True if white noise means the standard deviation of a sample, after a low-pass if present.
     """
 
     gyro: tuple[str, ...]
@@ -123,7 +123,7 @@ class _Estimator:
         rate: float | None,
         bounds: bool,
     ) -> Iterator[str]:
-        """Yield the lines of one number, or one that says why there is none."""
+        """Yield the line of one number, or a comment if the number is missing."""
         coefficient = getattr(model, field)
         if not coefficient.known:
             return iter([f"# {name}: unknown, so not written; {_UNKNOWN_REASONS[field]}"])
@@ -147,7 +147,7 @@ def list_undetermined(model: "NoiseModel", walk: bool = True) -> tuple[str, ...]
 def check_doubts(models: Iterable["NoiseModel"]) -> None:
     """Raise ValueError, with advice for another record, if a model is doubtful.
 
-    A motion of one sensor of an IMU also moves the others.
+    Motion of one sensor of an IMU also moves the others.
     """
     doubt = next((model.doubt for model in models if model.doubt), "")
     if doubt:
@@ -169,7 +169,7 @@ def _warning_lines(models: Sequence["NoiseModel | None"]) -> list[str]:
 
 
 def _check_determined(coefficients: Sequence[Coefficient]) -> None:
-    """Refuse a file without any number, where a record determines none."""
+    """Raise an error if a record determines no number of a file."""
     stated = [coefficient for coefficient in coefficients if coefficient.known]
     if stated and not any(coefficient.identifiable for coefficient in stated):
         raise ValueError(
@@ -182,7 +182,7 @@ def _check_determined(coefficients: Sequence[Coefficient]) -> None:
 
 
 def write_text(text: str, path: str | os.PathLike[str] | None, force: bool) -> str:
-    """Return the text; if a path is given, also write it, completely or not at all."""
+    """Return the text; if a path is given, write it completely or not at all."""
     if path is not None:
         with atomic_path(path, force) as temporary:
             temporary.write_text(text, encoding="utf-8", newline="\n")
@@ -217,7 +217,7 @@ def _compose_file(
     lines: Sequence[str],
     inflated: str = "Every number is {:g} times the measured one.",
 ) -> str:
-    """Return a whole file: its content and the changes to the numbers, then the numbers."""
+    """Return a file: comments on its content and changes, then the numbers."""
     head = [f"# {title}"]
     if inflate != 1.0:
         head.append(f"# {inflated.format(inflate, inflate**2)}")
@@ -227,9 +227,10 @@ def _compose_file(
 
 
 def _format_number(value: float) -> str:
-    """Return six digits, always with a point.
+    """Return a number with six digits and a decimal point.
 
-    Without one PyYAML reads 1e-05 as a string, and ORB-SLAM3 refuses 0 as not real.
+    Without the point, PyYAML reads 1e-05 as a string, and ORB-SLAM3 does not accept 0 as a real
+    number.
     """
     return f"{value:.5e}"
 
@@ -276,7 +277,7 @@ _INFLATED_VARIANCES: Final = (
     "Deviations are {:g} times the measured ones, so covariances {:g} times."
 )
 _PX4_FLOAT: Final = 9
-"""MAV_PARAM_TYPE_REAL32."""
+"""Code of the type MAV_PARAM_TYPE_REAL32."""
 
 _configuration_export = partial(
     document_export,
@@ -315,25 +316,25 @@ def to_kalibr(
     Parameters
     ----------
     accelerometer : NoiseModel, optional
-        Model of quantity "acceleration". Without one its lines are left out. Kalibr does not accept
-        this: add the lines by hand.
+        Model of quantity "acceleration". Without a model its lines are left out. Kalibr needs them:
+        add them by hand.
     rate : float, optional
-        ``update_rate`` in Hz. Without it the line is left out.
+        ``update_rate``, Hz. Without it the line is left out.
     rostopic : str
         Topic of the recording; default "/imu0".
     inflate : float
-        Factor applied to every number, for noise that a record at rest does not show. Default 1;
-        other values are noted in the file.
+        Factor applied to every number, for noise that a record at rest does not show. Default 1.
+        The file notes another value.
 
     Returns
     -------
     str
-        The text.
+        Text of the file.
 
     Notes
     -----
-    Noise density is N and random walk is K, both in continuous time: Kalibr itself converts them to
-    its rate. The bias instability B is not a random walk, and has no line.
+    Noise density is N and random walk is K, both in continuous time. Kalibr converts them to its
+    rate. The bias instability B is not a random walk and has no line.
 
     Examples
     --------
@@ -349,7 +350,8 @@ def to_kalibr(
     <BLANKLINE>
     """
     lines = _KALIBR.settings(model, accelerometer, inflate, bounds, doubtful)
-    # A JSON string is a YAML one in double quotes: nothing in it can end the line or begin a key.
+    # A JSON string is a double-quoted YAML string, so its content cannot end the line or begin a
+    # key.
     lines.append(f"rostopic: {json.dumps(rostopic)}")
     if rate is not None:
         lines.append(f"update_rate: {_format_number(check_positive('rate', rate))}  # Hz")
@@ -375,27 +377,27 @@ def to_vins(
     Parameters
     ----------
     rate : float, optional
-        Rate in Hz of the IMU messages that VINS integrates: with it standard deviations per sample
-        are written, which VINS computes with. By default continuous-time densities are written, as
-        in most published configurations.
+        Rate of the IMU messages that VINS integrates, Hz. With it, standard deviations per sample
+        are written, which VINS expects. Default: continuous-time densities, as in most published
+        configurations.
     accelerometer : NoiseModel, optional
-        Model of quantity "acceleration". Without one its lines are left out.
+        Model of quantity "acceleration". Without a model its lines are left out.
     inflate : float
-        Factor applied to every number; default 1, noted in the file otherwise. Users of VINS raise
-        the numbers by 10 or more, for vibration and for what else its model leaves out.
+        Factor applied to every number. Default 1; the file notes another value. Users of VINS often
+        choose 10 or more, for vibration and other effects that its model omits.
 
     Returns
     -------
     str
-        The text.
+        Lines of the configuration.
 
     Notes
     -----
-    The preintegration adds (dt gyr_w)^2 to the variance of the bias at every step of dt, so gyr_w =
-    K sqrt(rate) gives the growth K^2 dt of a random walk; with K itself the bias is sqrt(rate)
-    times too stable, and `inflate` is often raised to compensate. gyr_n = N sqrt(rate) is the
-    standard deviation of one sample; the midpoint rule then takes both ends of a step as
-    independent and adds half of N^2 dt.
+    The preintegration adds (dt gyr_w)^2 to the variance of the bias at every step of dt. The growth
+    of a random walk, K^2 dt, therefore needs gyr_w = K sqrt(rate). With gyr_w = K the bias is
+    sqrt(rate) times too stable, and users often increase `inflate` to compensate. gyr_n = N
+    sqrt(rate) is the standard deviation of one sample. The midpoint rule assumes that both ends of
+    a step are independent, and adds half of N^2 dt.
 
     Examples
     --------
@@ -433,23 +435,22 @@ def to_orbslam3(
     Parameters
     ----------
     rate : float, optional
-        ``IMU.Frequency`` in Hz. Without it this line is left out. ORB-SLAM3 does not accept this:
-        add the line by hand.
+        ``IMU.Frequency``, Hz. Without it the line is left out. ORB-SLAM3 needs it: add it by hand.
     accelerometer : NoiseModel, optional
-        Model of quantity "acceleration". Without one its lines are left out. ORB-SLAM3 does not
-        accept this: add the lines by hand.
+        Model of quantity "acceleration". Without a model its lines are left out. ORB-SLAM3 needs
+        them: add them by hand.
     inflate : float
-        Factor on every number but the rate; default 1, noted in the file otherwise.
+        Factor applied to every number except the rate. Default 1; the file notes another value.
 
     Returns
     -------
     str
-        The text, to paste into a settings file.
+        Lines for a settings file.
 
     Notes
     -----
-    Noise is N and walk is K, both in continuous time: ORB-SLAM3 itself multiplies the noise by the
-    root of ``IMU.Frequency`` and divides the walk by it.
+    Noise is N and walk is K, both in continuous time. ORB-SLAM3 multiplies the noise by the root of
+    ``IMU.Frequency`` and divides the walk by this root.
 
     Examples
     --------
@@ -488,24 +489,24 @@ def to_px4(
     Parameters
     ----------
     rate : float
-        Steps of the filter per second, Hz, not samples of the sensor: the inverse of
-        ``EKF2_PREDICT_US``. Default 100, as PX4's.
+        Steps of the filter per second, Hz: the inverse of ``EKF2_PREDICT_US``, not the sampling
+        rate. Default 100, as in PX4.
     accelerometer : NoiseModel, optional
-        Model of quantity "acceleration". Without one its lines are left out.
+        Model of quantity "acceleration". Without a model its lines are left out.
     inflate : float
-        Factor applied to every number; default 1, noted in the file otherwise. PX4's own values,
-        for a vibrating vehicle, are far above the values of a sensor at rest.
+        Factor applied to every number. Default 1; the file notes another value. PX4's own values
+        are for a vibrating vehicle, and far above the values of a sensor at rest.
 
     Returns
     -------
     str
-        The text, with a comment if a number is outside the range that PX4 states.
+        Parameters, with a comment for a number outside PX4's range.
 
     Notes
     -----
-    EKF2 takes standard deviations per step, not densities: at every step of dt its covariance
-    prediction adds (dt EKF2_GYR_NOISE)^2 to the variance of the angle and (dt EKF2_GYR_B_NOISE)^2
-    to the variance of the bias. These are N^2 dt and K^2 dt for N sqrt(rate), in rad/s, and K
+    EKF2 takes standard deviations per step, not densities. At every step of dt it adds (dt
+    EKF2_GYR_NOISE)^2 to the variance of the angle, and (dt EKF2_GYR_B_NOISE)^2 to the variance of
+    the bias. These are N^2 dt and K^2 dt if the parameters are N sqrt(rate), in rad/s, and K
     sqrt(rate), in rad/s^2.
 
     Examples
@@ -548,20 +549,20 @@ def to_ros(
         Messages per second, Hz. If a driver averages samples before it publishes, give the rate of
         its messages.
     accelerometer : NoiseModel, optional
-        Model of quantity "acceleration". Without one its line is left out.
+        Model of quantity "acceleration". Without a model its line is left out.
     inflate : float
-        Factor applied to the standard deviations, so the covariances grow with its square. Default
-        1; other values are noted in the file.
+        Factor applied to the standard deviations; covariances grow with its square. Default 1; the
+        file notes another value.
 
     Returns
     -------
     str
-        YAML of the arrays of nine numbers, row by row, that a driver puts into every message.
+        YAML of the arrays of nine numbers, row by row, for every message of a driver.
 
     Notes
     -----
-    The diagonal is N^2 rate, the variance of the white noise of one message. The message has no
-    field for the random walk of the bias, and robot_localization has no gyro bias in its state:
+    The diagonal is N^2 rate, the variance of one message's white noise. The message has no field
+    for the random walk of the bias, and robot_localization does not estimate a gyro bias. Therefore
     publish rates without bias. A first element of -1 means that there is no orientation
     (``sensor_msgs/Imu.msg``).
 

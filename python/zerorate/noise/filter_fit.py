@@ -16,7 +16,7 @@ from zerorate.types import Floats
 
 _MAX_STEPS: Final = 40
 SMALL_STEP: Final = 1e-4
-"""Change of a number of a shape by which slopes are computed."""
+"""Change of a shape's parameter for numerical slopes."""
 _SMALL_GAIN: Final = 1e-2
 _MIN_SINGULAR: Final = 1e-6
 
@@ -78,10 +78,10 @@ _RIDGE: Final = 1e-12
 
 
 def _linear(columns: Floats, density: Floats, counts: Floats, rounds: int = 6) -> Floats:
-    """Return the amplitudes from zero on that explain a density, by scoring.
+    """Return the non-negative amplitudes that explain a density, by scoring.
 
-    `columns` has shape (..., b, 5): many problems are solved at once, each by the best of the
-    subsets of its amplitudes that are all above zero.
+    `columns` has shape (..., b, 5): many problems are solved at once. Each solution is the best
+    subset with only positive amplitudes.
     """
     weight = np.broadcast_to(np.sqrt(counts) / density, columns.shape[:-1])
     for _ in range(rounds):
@@ -97,7 +97,7 @@ def _linear(columns: Floats, density: Floats, counts: Floats, rounds: int = 6) -
 
 
 def _best_subset(gram: Floats, goal: Floats) -> Floats:
-    """Return the least squares of at most five columns with no negative amplitude."""
+    """Return the least squares of at most five columns without a negative amplitude."""
     inside = _SUBSETS[:, :, None] * _SUBSETS[:, None, :]
     outside = np.eye(5) * (1.0 - _SUBSETS)[:, None, :] + _RIDGE * np.eye(5)
     right = goal[..., None, :] * _SUBSETS
@@ -121,7 +121,7 @@ class Search:
         self.unfiltered = True
 
     def columns(self, shape: Shape | None, p: Floats) -> Floats:
-        """Return white, flicker, walk, ramp, and white noise that is not filtered."""
+        """Return the columns white, flicker, walk, ramp, and unfiltered white noise."""
         if shape is None:
             parts = [*self.drift.mean(axis=2), self.bands.ramp, self.quantised]
         else:
@@ -131,7 +131,7 @@ class Search:
         return np.stack(parts, axis=1)
 
     def fit(self, shape: Shape | None, counts: Floats, starts: Sequence[Floats] = ()) -> Fit:
-        """Return the best fit of a shape, from these start values or from the shape's own."""
+        """Return the best fit of a shape, from given start values or from the shape's own."""
         if shape is None:
             columns = self.columns(None, np.empty(0))
             c = _linear(columns, self.density, counts, 12)
@@ -191,7 +191,7 @@ class Search:
         return Fit(shape, p, c, deviance, bic, chance)
 
     def covariance(self, fit: Fit, counts: Floats) -> Floats:
-        """Return the covariance of all c and p, where c is not zero or is one of the terms."""
+        """Return the covariance of all c and p, for c that are nonzero or in the terms."""
         columns = self.columns(fit.shape, fit.p)
         model = np.maximum(columns @ fit.c, 1e-12 * self.density)
         slopes = self.slopes(fit.shape, fit.p, fit.c) if fit.shape else np.empty((model.size, 0))
@@ -203,7 +203,7 @@ class Search:
         return full
 
     def sigma_of_absent(self, fit: Fit, counts: Floats, i: int) -> float:
-        """Return the standard error of amplitude i, whose estimate is zero."""
+        """Return the standard error of amplitude i if its estimate is zero."""
         c = fit.c.copy()
         c[i] = max(c[i], 1e-12 * c.max())
         full = self.covariance(Fit(fit.shape, fit.p, c, 0.0, 0.0, 0.0), counts)

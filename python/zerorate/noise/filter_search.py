@@ -1,9 +1,9 @@
-"""The low-pass filter that explains the spectrum of a record, and the noise below its corner.
+"""Low-pass filter that explains the spectrum of a record, and the noise below its corner.
 
 A sensor's own low-pass removes the white noise at high frequencies. A model without a filter
-explains the falling spectrum by flicker, and its N is half the true one. Here the density is |H|^2
-(N^2 + B^2/x + K^2/x^2) + ramp + white noise that is not filtered, x = 2 sin(pi f), for seven shapes
-of |H|^2. N^2 below the corner is the sum of both white noises.
+explains the falling spectrum by flicker, and its N is half of the true N. Here the density is |H|^2
+(N^2 + B^2/x + K^2/x^2) + ramp + unfiltered white noise, x = 2 sin(pi f). Seven shapes of |H|^2 are
+tried. N^2 below the corner is the sum of both white noises.
 """
 
 from __future__ import annotations
@@ -27,16 +27,17 @@ from zerorate.noise.responses import SHAPES, Shape, own_corner
 from zerorate.types import Floats
 
 _MAX_SCORE: Final = 3.0
-"""Standard deviations of a density that falls towards half the rate, where none is looked for."""
+"""Standard deviations of a density's fall towards half the rate below which no filter is searched.
+"""
 _MIN_CHANCE: Final = 0.01
 _TOLERANCE: Final = 0.003
-"""Error of a shape, over its plateau: no filter is as it is named far down its stopband."""
+"""Error of a shape over its plateau: no filter follows its formula far in the stopband."""
 _FILTER_COST: Final = 6.0
 _AVERAGED_BIC: Final = 10.0
 _NAMED_BELOW: Final = 0.25
-"""Density at half the rate over the plateau, above which no filter is named."""
+"""Density at half the rate over the plateau above which no filter is named."""
 _MIN_SENSOR_CORNER_HZ: Final = 1.0
-"""A corner from here on is a filter, not drift."""
+"""Smallest corner of a filter, Hz; a lower corner may be drift."""
 _MARKOV_BIC: Final = 15.0
 _MARKOV_CHANCE: Final = 1e-3
 
@@ -49,9 +50,10 @@ def suspects_filter(
     Parameters
     ----------
     basis, strengths : ndarray, shape (b, k), (k,)
-        The model: density of each band for terms of unit strength, and their strengths.
+        Model: density of each band for terms of unit strength, and their strengths.
     density, counts, frequency : ndarray, shape (b,)
-        Density of each band, its number of independent lines, and its frequency, cycles per sample.
+        Density of each band, its number of independent lines, and its frequency in cycles per
+        sample.
     """
     model, active = basis @ strengths, strengths > 0.0
     weight = np.sqrt(counts) / model
@@ -93,7 +95,7 @@ def find_filter(bands: NarrowBands, rate: float) -> Filtered | None:
 
 
 def _is_sensor(search: Search, fit: Fit, rate: float) -> bool:
-    """Return True if a filter is one of the sensor, and not drift on a white floor."""
+    """Return True if a filter belongs to the sensor, and is not drift on a white floor."""
     shape = fit.shape
     assert shape is not None
     corner = shape.corner(fit.p)
@@ -108,7 +110,7 @@ def _is_sensor(search: Search, fit: Fit, rate: float) -> bool:
 def _markov_drift(
     search: Search, fits: Sequence[Fit], plain: Fit, counts: Floats
 ) -> Filtered | None:
-    """Return the white floor below a first-order process, where that clearly explains it."""
+    """Return the white floor below a first-order process, if this clearly explains the density."""
     first = fits[0]
     if first.bic > plain.bic - _MARKOV_BIC or first.chance < _MARKOV_CHANCE or first.c[4] <= 0.0:
         return None
@@ -139,7 +141,7 @@ def _amplitude(search: Search, fit: Fit, counts: Floats, covariance: Floats, i: 
 
 
 def _average(search: Search, fits: Sequence[Fit], counts: Floats) -> Filtered:
-    """Return the mean over all filters that explain a density nearly like the best one."""
+    """Return the mean over all filters that fit a density nearly like the best filter."""
     least = min(fit.bic for fit in fits)
     near = [fit for fit in fits if fit.bic <= least + _AVERAGED_BIC]
     odds = np.exp([-0.5 * (fit.bic - least) for fit in near])
@@ -195,7 +197,7 @@ _PART_TRIES: Final = 30
 
 
 def _part_that_holds(search: Search) -> Filtered | None:
-    """Return the noise of the largest lowest part of a spectrum that a smooth response explains."""
+    """Return the noise of the largest low-frequency part that a smooth response explains."""
     ends = np.unique(
         np.rint(np.geomspace(_FIRST_PART, search.density.size, _PART_TRIES)).astype(int)
     )
@@ -216,7 +218,7 @@ def _part_that_holds(search: Search) -> Filtered | None:
 
 
 def _smooth(search: Search, end: int, degree: int | None = None) -> tuple[Search, Fit, int] | None:
-    """Return the fit of the first bands by terms times exp(a u + b u^2), None if none holds."""
+    """Return the fit of the first bands by terms times exp(a u + b u^2), None if none fits."""
     part = Search(NarrowBands(*(values[:end] for values in search.bands)))
     part.unfiltered = False
     highest = 2.0 * math.sin(math.pi * float(part.f[-1, -1]))

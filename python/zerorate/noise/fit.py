@@ -15,8 +15,8 @@ from zerorate.noise.quantities import Quantity
 from zerorate.noise.terms import Markov, Sinusoid
 from zerorate.types import Floats
 
-# A coefficient is identifiable if its square is above twice its standard error: the record then
-# gives the coefficient to better than a quarter.
+# A coefficient is identifiable if its square exceeds twice the standard error of the square. Its
+# relative error is then below a quarter.
 _IDENTIFIABLE_SIGMAS: Final = 2.0
 _MISFIT_PROBABILITY: Final = 0.99
 _ONE_SIDED_95: Final = 1.6448536269514722
@@ -32,12 +32,12 @@ class FittedModel(NoiseModel):
     Attributes
     ----------
     method : str
-        Data or method of the fit: a deviation's name, ``"whittle"`` or ``"polynomial"``.
+        Data or method of the fit: name of a deviation, ``"whittle"`` or ``"polynomial"``.
     chi_squared, degrees_of_freedom : float, int
-        Weighted sum of squared residuals, before `misfit` is included, and its expectation.
+        Weighted sum of squared residuals without `misfit`, and its expectation.
     misfit : float
-        Relative error of the model's variances that explains the residuals, 0 if chance alone
-        explains them. Standard errors include it.
+        Relative error of the model's variances that explains the residuals; 0 if chance explains
+        them. Standard errors include it.
 
     Examples
     --------
@@ -57,16 +57,16 @@ class FittedModel(NoiseModel):
 
 @dataclass(frozen=True)
 class Component:
-    """One column of a fit.
+    """Column of a fit.
 
     Parameters
     ----------
     name : str
-        A field of `NoiseModel`.
+        Field of `NoiseModel`.
     scale : float
         Variance of the column for a coefficient of 1.
     make : callable, optional
-        Makes a Markov or Sinusoid term from a coefficient.
+        Function from a coefficient to a Markov or Sinusoid term.
     """
 
     name: str
@@ -76,7 +76,7 @@ class Component:
 
 @dataclass(frozen=True)
 class Problem:
-    """Data to fit, and the components that explain them.
+    """Data to fit, and their components.
 
     Parameters
     ----------
@@ -85,9 +85,9 @@ class Problem:
     data : ndarray, shape (t,)
         Estimates of variances.
     edf : ndarray, shape (t,)
-        Approximate degrees of freedom of each, for the first weights.
+        Approximate degrees of freedom of each estimate, for the first weights.
     weighting : callable
-        Covariance of the data for given strengths.
+        Function from strengths to the covariance of the data.
     """
 
     basis: Floats
@@ -108,9 +108,9 @@ class Problem:
         return solution, weighting, misfit, plain.chi_squared
 
     def _find_misfit(self, strengths: Floats, freedom: int) -> float:
-        """Return the relative model error that brings chi-squared down to its expectation.
+        """Return the relative model error that reduces chi-squared to its expectation.
 
-        Where that error rules, chi-squared goes with the inverse of its square.
+        If this error dominates, chi-squared is proportional to the inverse of its square.
         """
         misfit = float(np.sqrt(np.mean((self.data / (self.basis @ strengths) - 1.0) ** 2)))
         for _ in range(_MAX_STEPS):
@@ -174,7 +174,7 @@ def coefficient_of_square(square: float, sigma: float) -> Coefficient:
 
 
 def _make_coefficient(solution: Solution, i: int, bound: float, scale: float) -> Coefficient:
-    """Return the root of a strength; errors go the same way, to first order."""
+    """Return the root of a strength as a coefficient, with errors to first order."""
     strength, sigma = solution.strengths[i] / scale, solution.sigmas[i] / scale
     largest = float(np.sqrt(bound / scale))
     if not strength > 0.0:

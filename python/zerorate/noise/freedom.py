@@ -1,4 +1,4 @@
-"""Degrees of freedom of an estimate, bounds from them, and the bias of reflection."""
+"""Degrees of freedom of an estimate, its bounds, and the bias by reflection."""
 
 from collections.abc import Callable
 from typing import Final
@@ -11,12 +11,12 @@ from zerorate.noise.kinds import KINDS, Kind
 from zerorate.noise.processes import BY_EXPONENT
 from zerorate.types import Floats, Integers
 
-# Degrees of freedom change slowly with the averaging time: dense grids are filled in.
+# Number of averaging times above which values are interpolated; they change slowly.
 _MAX_EXACT_FACTORS: Final = 256
-# The fits pass below what one square has where tau nears the record's length.
+# Lower limit: the published fits become too small if tau is close to the record's length.
 _MIN_EDF: Final = 0.5
 
-# SP 1065, section 5.4: edf = b T/tau - c of each exponent.
+# SP 1065, section 5.4: edf = b T/tau - c, with b and c by exponent.
 _TOTAL_EDF: Final = {0: (1.50, 0.0), -1: (1.17, 0.22), -2: (0.93, 0.36)}
 _MODIFIED_TOTAL_EDF: Final = {
     2: (1.90, 2.10),
@@ -33,12 +33,13 @@ _HADAMARD_TOTAL_EDF: Final = {
     -3: (0.974, 2.554),
     -4: (1.276, 3.149),
 }
-# Expected variance over that of the deviation without reflection.
+# Expected variance over the variance without reflection.
 _MODIFIED_TOTAL_BIAS: Final = {2: 0.94, 1: 0.83, 0: 0.73, -1: 0.70, -2: 0.69}
 _HADAMARD_TOTAL_BIAS: Final = {0: -0.005, -1: -0.149, -2: -0.229, -3: -0.283, -4: -0.321}
 _TOTAL_BIAS: Final = {-1: 0.481, -2: 0.750}
-# That of the modified kinds is a + b / m² from 2 samples on, by simulation to half a percent. The
-# printed 0.73 puts the deviation of white noise 3 % too high, and at one sample 21 %.
+# The ratio of the modified kinds is a + b / m² from 2 samples, by simulation, accurate to half a
+# percent. The published 0.73 makes the deviation of white noise 3 % too large, and 21 % at one
+# sample.
 _MODIFIED_REFLECTION: Final = {
     2: (0.996, 0.0),
     1: (0.853, 0.29),
@@ -56,7 +57,7 @@ def _nearest_exponent(kind: Kind, exponents: Integers) -> Integers:
 
 
 def freedoms(kind: Kind, m: Integers, terms: Integers, exponents: Integers, n: int) -> Floats:
-    """Return equivalent degrees of freedom, shape (t,); NaN where none are known.
+    """Return equivalent degrees of freedom, shape (t,); NaN if unknown.
 
     Parameters
     ----------
@@ -73,9 +74,9 @@ def freedoms(kind: Kind, m: Integers, terms: Integers, exponents: Integers, n: i
 
     Notes
     -----
-    Kinds without reflection use the combined formula of Greenhall and Riley (2003), summed. Kinds
-    with reflection use the fits of NIST SP 1065, section 5.4. For the parabolic deviation none are
-    published.
+    Kinds without reflection use the sum of Greenhall and Riley (2003). Kinds with reflection use
+    the fits of NIST SP 1065, section 5.4. The result of the parabolic deviation is NaN, because no
+    formula is published.
     """
     result: Floats = np.full(m.size, np.nan)
     for exponent in np.unique(_nearest_exponent(kind, exponents)):
@@ -86,7 +87,7 @@ def freedoms(kind: Kind, m: Integers, terms: Integers, exponents: Integers, n: i
 
 
 def bounds(deviation: Floats, edf: Floats, confidence: float) -> tuple[Floats, Floats]:
-    """Return the bounds between which the true deviation lies with this probability."""
+    """Return the bounds of the true deviation at a given probability."""
     tail = (1.0 - confidence) / 2.0
     lower, upper = (
         deviation * np.sqrt(edf / chi_squared_quantile(p, edf.ravel()).reshape(edf.shape))
@@ -98,7 +99,7 @@ def bounds(deviation: Floats, edf: Floats, confidence: float) -> tuple[Floats, F
 def total_bias(kind: Kind, m: Integers, exponents: Integers, n: int) -> Floats:
     """Return the published ratio of the variance to the variance without reflection.
 
-    NIST SP 1065, section 5.
+    Source: NIST SP 1065, section 5.
     """
     exponents = _nearest_exponent(kind, exponents)
     if kind.name == "totdev":
@@ -111,11 +112,11 @@ def total_bias(kind: Kind, m: Integers, exponents: Integers, n: int) -> Floats:
 
 
 def reflection_bias(kind: Kind, m: Integers, exponents: Integers, n: int) -> Floats:
-    """Return the same ratio, from simulation where the published one is too inaccurate."""
+    """Return the same ratio; simulated values replace inaccurate published ones."""
     if not (kind.total and kind.modified):
         return total_bias(kind, m, exponents, n)
     limits = np.array([_MODIFIED_REFLECTION[int(e)] for e in _nearest_exponent(kind, exponents)])
-    # At one sample it is a half, whatever the noise.
+    # At one sample it is a half for any noise.
     return np.where(m == 1, 0.5, limits[:, 0] + limits[:, 1] / m**2)
 
 
@@ -130,7 +131,7 @@ def _freedoms_of_noise(kind: Kind, m: Integers, terms: Integers, exponent: int, 
         reflected = _REFLECTED_EDF[kind.name](exponent, n / m.astype(np.float64), m)
         if kind.name != "htotdev":
             return reflected
-        # One sample leaves nothing to reflect: there it is the overlapping Hadamard deviation.
+        # At one sample nothing is reflected, so it equals the overlapping Hadamard deviation.
         plain = _freedoms_of_noise(KINDS["ohdev"], m, terms, exponent, n)
         reflected[m == 1] = plain[m == 1]
         return reflected
@@ -162,7 +163,7 @@ def _theo1_edf(exponent: int, ratio: Floats, m: Integers) -> Floats:
     return _THEO1_EDF[exponent](ratio * samples + 1.0, 0.75 * samples)
 
 
-# NIST SP 1065, table 8: of N phase points, at averaging times of r samples.
+# NIST SP 1065, table 8, for N phase points at averaging times of r samples.
 _THEO1_EDF: Final[dict[int, Callable[[Floats, Floats], Floats]]] = {
     2: lambda n, r: 0.86 * (n + 1.0) * (n - 4.0 * r / 3.0) / (n - r) * r / (r + 1.14),
     1: lambda n, r: (

@@ -1,4 +1,4 @@
-"""Noise models as JSON, and back without loss."""
+"""Lossless JSON of noise models."""
 
 import dataclasses
 import math
@@ -39,7 +39,7 @@ def to_json(
     -------
     str
         Every coefficient with value, standard error, identifiability, bound and unit, exact to the
-        last bit, null where it is unknown; and the quality of the fit of a `FittedModel`.
+        last bit; null if unknown. For a `FittedModel` also the quality of the fit.
 
     Examples
     --------
@@ -80,7 +80,7 @@ def to_json(
 
 
 def from_json(source: str | os.PathLike[str], build: type[Model]) -> Model:
-    """Return the model in a text or a file, as an instance of a class."""
+    """Return the model from a text or a file, as an instance of a class."""
     return restore(
         source, _FORMAT, lambda content: build(**_read_fields(content), **_read_fit(content, build))
     )
@@ -113,7 +113,7 @@ def _parse_low_pass(content: object) -> LowPass | None:
     if not _has_key(content, "low_pass"):
         return None
     entry = parse_key(content, "low_pass", dict)
-    # JSON has no number for a moving average's order.
+    # A moving average has an infinite order, which JSON cannot represent.
     order = float(entry["order"]) if isinstance(entry.get("order"), str) else None
     return LowPass(
         _decode_with_unit(entry, "corner", "Hz"),
@@ -126,7 +126,7 @@ def _has_key(content: object, key: str) -> bool:
 
 
 def _read_fit(content: object, build: type[Model]) -> dict[str, Any]:
-    """Return the quality of a fit, where the text has it and the class keeps it."""
+    """Return the quality of a fit, if the text has it and the class has these fields."""
     fit = content.get("fit") if isinstance(content, dict) else None
     field_names = {field.name for field in dataclasses.fields(build)}
     if fit is None:
@@ -155,7 +155,7 @@ def _decode_term(entry: object, units: dict[str, str]) -> dict[str, Any]:
 
 
 def encode_coefficient(coefficient: Coefficient) -> dict[str, Any]:
-    """Return the parts of a coefficient, with None in place of unknown numbers."""
+    """Return the fields of a coefficient, with None in place of unknown numbers."""
     numbers = ("value", "sigma", "identifiable", "upper_bound")
     if not coefficient.known:
         return {**dict.fromkeys(numbers), "identifiable": False}
@@ -167,7 +167,7 @@ def _encode_with_unit(coefficient: Coefficient, unit: str) -> dict[str, Any]:
 
 
 def decode_coefficient(entry: object) -> Coefficient:
-    """Return the coefficient from its parts; ValueError if a part is missing."""
+    """Return the coefficient from its fields; ValueError if a field is missing."""
     parts = (("value", float), ("sigma", float), ("identifiable", bool), ("upper_bound", float))
     return Coefficient(*(parse_key(entry, name, kind) for name, kind in parts))
 

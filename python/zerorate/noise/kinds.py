@@ -1,4 +1,4 @@
-"""The kinds of deviations, and the averaging times of a curve."""
+"""Kinds of deviations, and averaging times of a curve."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ TauGrid = Literal["octave", "decade", "all"]
 _GRIDS = ("octave", "decade", "all")
 _FACTORS_PER_DECADE = 10
 
-# Thêo1 takes half of the factor, and is defined from here on.
+# Thêo1 uses half of the factor and is defined from this factor.
 _MIN_THEO1_FACTOR = 10
 
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of deviation.
+    """Kind of deviation.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ KINDS: Final[dict[str, Kind]] = {
 
 
 def kind(name: str) -> Kind:
-    """Return the deviation of this name; ValueError lists the known ones."""
+    """Return the deviation of this name; for an unknown name, ValueError lists the known names."""
     if name not in KINDS:
         raise ValueError(f"unknown kind {name!r}; known: {', '.join(KINDS)}")
     return KINDS[name]
@@ -95,23 +95,24 @@ def kind(name: str) -> Kind:
 def averaging_factors(
     taus: TauGrid | Sequence[float] | npt.ArrayLike, kind: Kind, rate: float, longest: int
 ) -> tuple[Integers, tuple[str, ...]]:
-    """Return rising averaging factors, and notes on their rounding.
+    """Return averaging factors in rising order, and notes on their rounding.
 
     Parameters
     ----------
     taus : {"octave", "decade", "all"} or array_like
-        A grid ("decade": ten per decade) or averaging times in s.
+        A grid ("decade": ten per decade), or averaging times in s.
     kind : Kind
         Kind of deviation.
     rate : float
         Samples per second, Hz.
     longest : int
-        The largest factor that the record allows.
+        Largest factor that the record allows.
 
     Raises
     ------
     ValueError
-        For an unknown grid, and for times that are not positive and finite or beyond the record.
+        For an unknown grid, and for times that are not positive and finite or too long for the
+        record.
     """
     if isinstance(taus, str):
         return _make_grid(taus, kind, longest), ()
@@ -123,7 +124,7 @@ def averaging_factors(
     with np.errstate(over="ignore"):
         exact = wanted * rate / _time_of_factor(kind)
     rounded = _round_factors(exact, kind)
-    # As floats: a factor beyond all integers would become a small one.
+    # Compare as floats: a huge factor would overflow as an integer.
     if rounded.max() > longest:
         limit = longest * _time_of_factor(kind) / rate
         raise ValueError(
@@ -185,6 +186,6 @@ def _make_grid(name: str, kind: Kind, longest: int) -> Integers:
 
 
 def _unique_sorted(values: Floats | Integers) -> Integers:
-    """Return the different factors, rising, in a fraction of the time that np.unique takes."""
+    """Return the different factors in rising order, much faster than np.unique."""
     factors: Integers = np.sort(values).astype(np.int64)
     return factors[np.diff(factors, prepend=0) > 0]

@@ -1,4 +1,4 @@
-"""Non-negative least squares with weights that follow from the fit itself."""
+"""Non-negative least squares with weights that follow from the fit."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,28 +14,28 @@ Weighting = Callable[[Floats], Floats]
 
 _MAX_ROUNDS: Final = 12
 _STRENGTH_TOLERANCE: Final = 1e-7
-# Of a bound: finer than it is printed.
+# Relative accuracy of a bound, finer than its printed digits.
 _BOUND_TOLERANCE: Final = 1e-3
-# Least eigenvalue of a correlation matrix that is trusted: those computed of neighbouring
-# averaging times are good to about this.
+# Smallest reliable eigenvalue of a correlation matrix: the computed correlations of neighbouring
+# averaging times have about this error.
 _MIN_EIGENVALUE: Final = 1e-4
 _ONE_SIDED_95: Final = 1.6448536269514722
 
 
 @dataclass(frozen=True)
 class Solution:
-    """Strengths that fit the data best.
+    """Strengths with the best fit to the data.
 
     Attributes
     ----------
     strengths : ndarray, shape (p,)
-        Strengths, none negative.
+        Strengths; none is negative.
     sigmas : ndarray, shape (p,)
-        Standard errors, conditional on the strengths that are zero; NaN for these.
+        Standard errors on the condition that zero strengths are zero; NaN for zero strengths.
     chi_squared : float
         Weighted sum of squared residuals.
     degrees_of_freedom : int
-        Number of data minus number of strengths above zero.
+        Number of data minus number of positive strengths.
     """
 
     strengths: Floats
@@ -56,7 +56,7 @@ def solve(basis: Floats, data: Floats, start: Floats, weighting: Weighting) -> S
     start : ndarray, shape (t, t) or (t,)
         Covariance for the first iteration.
     weighting : callable
-        Returns the covariance for the next iterations.
+        Function from strengths to the covariance of the next iteration.
     """
     both = np.column_stack((basis, data))
     strengths = _fit_whitened(_whiten(start, both))
@@ -81,8 +81,8 @@ def residual_chi_squared(basis: Floats, data: Floats, scatter: Floats) -> float:
 def upper_bound(basis: Floats, solution: Solution, i: int, weighting: Weighting) -> float:
     """Return the 95 % upper bound of the strength of process i, infinite if there is none.
 
-    A larger strength makes the data scatter more, so the search for the bound includes the scatter
-    that the bound itself causes.
+    A larger strength increases the scatter of the data. The search for the bound includes this
+    scatter.
     """
     estimate, bound = solution.strengths[i], solution.strengths.copy()
     active = solution.strengths > 0.0
@@ -108,7 +108,7 @@ def bound_by_single(column: Floats, data: Floats, edf: Floats) -> float:
 
 
 def _inverse_gram(factor: Floats) -> Floats:
-    """Return the inverse of factorᵀ factor, columns scaled to unit length on the way."""
+    """Return the inverse of factorᵀ factor, computed with columns of unit length."""
     lengths = np.linalg.norm(factor, axis=0)
     inverse = np.linalg.pinv(factor / lengths)
     product: Floats = inverse @ inverse.T / np.outer(lengths, lengths)
@@ -116,7 +116,7 @@ def _inverse_gram(factor: Floats) -> Floats:
 
 
 def _whiten(covariance: Floats, columns: Floats) -> Floats:
-    """Return columns times a square root of the inverse of a covariance."""
+    """Return columns multiplied by a square root of the inverse of a covariance."""
     if covariance.ndim == 1:
         return columns / np.sqrt(covariance)[:, None]
     sigmas = np.sqrt(np.diag(covariance))
@@ -127,15 +127,15 @@ def _whiten(covariance: Floats, columns: Floats) -> Floats:
 
 
 def _fit_whitened(white: Floats, guess: Booleans | None = None) -> Floats:
-    """Return the strengths for whitened columns, the last of them the data."""
+    """Return the strengths for whitened columns; the last column is the data."""
     return solve_non_negative(white[:, :-1], white[:, -1], guess)
 
 
 def solve_non_negative(matrix: Floats, target: Floats, guess: Booleans | None = None) -> Floats:
-    """Return the x >= 0 for which ``matrix @ x`` is closest to the target.
+    """Return the x >= 0 with the smallest distance of ``matrix @ x`` from the target.
 
-    C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems", 1974, chapter 23, starting with
-    the elements expected to be above zero.
+    C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems", 1974, chapter 23. The iteration
+    starts with the elements that are expected to be positive.
     """
     lengths = np.linalg.norm(matrix, axis=0)
     lengths[lengths == 0.0] = 1.0
@@ -155,7 +155,7 @@ def solve_non_negative(matrix: Floats, target: Floats, guess: Booleans | None = 
 
 
 def _move_to_feasible(matrix: Floats, target: Floats, x: Floats, free: Booleans) -> Floats:
-    """Move x towards the least squares of its free part, fixing parameters at zero on the way."""
+    """Move x towards the least squares of its free part, and fix parameters that reach zero."""
     while free.any():
         goal = np.zeros_like(x)
         goal[free] = np.linalg.lstsq(matrix[:, free], target, rcond=None)[0]

@@ -1,4 +1,4 @@
-"""A low-pass filter of a sensor, and the noise behind it from the spectrum of a record."""
+"""Low-pass filter of a sensor, and the noise behind it from the spectrum of a record."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _SHARE_POINTS: Final = 1 << 14
 
 @dataclass(frozen=True)
 class LowPass:
-    """A low-pass filter between the noise of a sensor and its samples.
+    """Low-pass filter between the noise of a sensor and its samples.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def _order_in_words(order: float) -> str:
 
 
 class Estimate(NamedTuple):
-    """A squared amplitude with its standard error, with the sample as unit of time."""
+    """Squared amplitude with its standard error, with the sample as unit of time."""
 
     value: float
     sigma: float
@@ -98,17 +98,18 @@ class Filtered:
     white, flicker, walk, ramp : Estimate
         N^2, B^2, K^2 and R^2.
     deviance, freedom, chance : float, int, float
-        Deviance of the best model, its degrees of freedom, and the probability of a larger one.
+        Deviance of the best model, its degrees of freedom, and the probability of a larger
+        deviance.
     corner : Estimate
         Corner of the filter, cycles per sample; NaN if no filter is named.
     order : float
         Order of the filter.
     up_to : float
-        Frequency below which the model is valid, cycles per sample; NaN for all.
+        Frequency below which the model is valid, cycles per sample; NaN for all frequencies.
     response : callable
-        Ratio of white noise density to N^2, at frequencies in cycles per sample.
+        Function from frequency, cycles per sample, to the ratio of white noise density to N^2.
     holds : bool
-        False if the model explains neither a filter nor any part of the spectrum.
+        True if the model explains a filter or a part of the spectrum.
     """
 
     white: Estimate
@@ -145,7 +146,7 @@ def describe_band(low_pass: LowPass | None = None, up_to: float | None = None) -
 
 
 def band_fields(filtered: Filtered, rate: float) -> dict[str, Any]:
-    """Return the fields of a model on the filter: `low_pass` and `up_to`, Hz."""
+    """Return the model's fields for a filter: `low_pass`, and `up_to` in Hz."""
     fields: dict[str, Any] = {}
     if filtered.named:
         corner = Coefficient(filtered.corner.value * rate, filtered.corner.sigma * rate)
@@ -162,7 +163,7 @@ _MAX_RESPONSE_LINES: Final = 1 << 18
 def process_of(filtered: Filtered) -> Process:
     """Return white noise behind a filter, with unit density well below its corner.
 
-    From the autocovariance r of its rate: s(k+1) - s(k) = -(r(0)/2 + r(1) + ... + r(k)).
+    It follows from the autocovariance r of its rate: s(k+1) - s(k) = -(r(0)/2 + r(1) + ... + r(k)).
     """
     assert filtered.response is not None
     lines = _MIN_RESPONSE_LINES
@@ -174,7 +175,7 @@ def process_of(filtered: Filtered) -> Process:
     covariance[0] *= 0.5
     slope = -np.cumsum(covariance)
     phase = np.concatenate(([0.0], np.cumsum(slope)))
-    # The running sum, whose negative second difference is the phase, and which is even.
+    # The running sum is even, and its negative second difference is the phase.
     rise = np.concatenate(([0.0], -np.cumsum(phase[1:-1])))
     summed = np.concatenate(([0.0], np.cumsum(rise)))
     return Process(
@@ -184,7 +185,7 @@ def process_of(filtered: Filtered) -> Process:
 
 
 def _continued(table: Floats, k: Floats, sums: int) -> Floats:
-    """Return a table at lags, beyond its memory as white noise goes on."""
+    """Return a table at any lags; beyond its end it continues like white noise."""
     last = len(table) - 1
     near = np.interp(np.minimum(k, last), np.arange(len(table)), table)
     over = np.maximum(k - last, 0.0)
@@ -192,6 +193,6 @@ def _continued(table: Floats, k: Floats, sums: int) -> Floats:
         return near - 0.5 * over
     level = -(table[last] - 2.0 * table[last - 1] + table[last - 2])
     step = table[last] - table[last - 1]
-    # -phase(last + j) = level' + j/2, summed twice.
+    # The sum of -phase(last + j) = level' + j/2, taken twice.
     cube = over * (over - 1.0) * (over + 1.0) / 12.0
     return np.asarray(near + over * step - (level - 0.5) * over * (over + 1.0) / 2.0 + cube)

@@ -1,4 +1,4 @@
-"""The noise of a gyro or an accelerometer at rest, as the coefficients of IEEE Std 952-1997."""
+"""Noise of a gyro or an accelerometer at rest, as the coefficients of IEEE Std 952-1997."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ class DiscreteSigmas(NamedTuple):
     ----------
     white : float
         N sqrt(rate) in rad/s: the standard deviation of one sample's white noise. Its square is the
-        measurement noise R of a filter that takes the rate as measured.
+        measurement noise R of a filter that measures the rate.
     walk_step : float
         K / sqrt(rate) in rad/s: the standard deviation of the random walk's step from one sample to
-        the next. Its square is the process noise Q of the bias state.
+        the next. Its square is the process noise Q of the bias.
 
-    Both are in m/s^2 for an accelerometer, and in the unit of the samples if that unit is unknown.
+    The units are m/s^2 for an accelerometer, and the unit of the samples if that unit is unknown.
 
     Examples
     --------
@@ -58,21 +58,21 @@ class NoiseModel(Result):
     """Noise coefficients of a gyro at rest, in SI units.
 
     Each coefficient is a `Coefficient`, a float with its standard error. Plain numbers count as
-    exact, and 0 means that there is no such noise. A coefficient that is None or not given is
-    *unknown*: curves and simulations leave it out, exports state that it is unknown, and its
-    `conservative` value is infinite.
+    exact; 0 means no noise of this kind. A coefficient that is None or not given is *unknown*.
+    Curves and simulations leave it out, exports state that it is unknown, and its `conservative`
+    value is infinite.
 
     Parameters
     ----------
     angle_random_walk : float
         N in rad/s/sqrt(Hz): white noise of rate, two-sided density N^2.
     bias_instability : float
-        B in rad/s: flicker noise, density B^2 / (2 pi f). The flat part of the Allan deviation
-        lies at 0.664 B.
+        B in rad/s: flicker noise, density B^2 / (2 pi f). The flat part of the Allan deviation is
+        0.664 B.
     rate_random_walk : float
         K in rad/s^2/sqrt(Hz), the same as rad/s/sqrt(s): density (K / (2 pi f))^2.
     rate_ramp : float
-        R in rad/s^2: a drift of R t. Only this term may be negative.
+        R in rad/s^2: a drift of R t. Only this coefficient may be negative.
     quantization : float
         Q in rad: white noise of the angle, with standard deviation Q at every sample. A uniform
         quantizer of the angle by a step q has Q = q / sqrt(12).
@@ -81,29 +81,29 @@ class NoiseModel(Result):
     sinusoid : sequence of Sinusoid
         Sines in the rate, any number of terms.
     quantity : {"angular rate", "acceleration", "unknown"}
-        Quantity that the sensor measures. With "acceleration" every rad is a metre:
-        `angle_random_walk` is the velocity random walk in m/s^2/sqrt(Hz), and so on. "unknown" is
-        for a record without a known unit: every rad/s is then the unit of its samples, nothing is
-        converted, and JSON is the only export.
+        Measured quantity. "acceleration": every rad above is a metre, and `angle_random_walk` is
+        the velocity random walk in m/s^2/sqrt(Hz). "unknown", for a record without a known unit:
+        every rad/s above is the unit of the samples, nothing can be converted, and JSON is the only
+        export.
     doubt : str
-        Reason not to trust the numbers, a sentence: `zerorate.allan` sets it for a record that
-        moved or is too short. Exports of such a model raise an error unless forced. Default none.
+        Reason not to trust the numbers, a sentence. `zerorate.allan` sets it for a record that
+        moved or is too short. Exports of such a model raise an error unless forced. Default: none.
     low_pass : LowPass, optional
-        Filter between noise and samples. The coefficients apply below its corner: the variance of a
-        sample is less than N^2 times the rate.
+        Filter between noise and samples. The coefficients are valid below its corner. The variance
+        of a sample is then less than N^2 times the rate.
     up_to : float, optional
         Frequency in Hz below which the coefficients were estimated. Default: all frequencies.
 
     Raises
     ------
     ValueError
-        If a coefficient is not a finite number, or negative without being a ramp, or if another
+        If a coefficient is not a finite number, or is negative and not the ramp; or if another
         field is not as described.
 
     Notes
     -----
-    `zerorate.units.convert` turns data-sheet units (deg/sqrt(h), deg/h) into these. `print` shows
-    a table in such units.
+    `zerorate.units.convert` converts data-sheet units (deg/sqrt(h), deg/h) to these units. `print`
+    shows a table in data-sheet units.
 
     Examples
     --------
@@ -136,7 +136,7 @@ class NoiseModel(Result):
     to_json = to_json
 
     def __post_init__(self) -> None:
-        """Refuse arguments that are no sequence of terms, or no known quantity."""
+        """Raise an error for arguments that are not terms or not a known quantity."""
         object.__setattr__(self, "markov", _check_terms("markov", self.markov, Markov))
         object.__setattr__(self, "sinusoid", _check_terms("sinusoid", self.sinusoid, Sinusoid))
         if self.quantity not in get_args(Quantity):
@@ -175,7 +175,7 @@ class NoiseModel(Result):
         Parameters
         ----------
         taus : array_like
-            Averaging times in s, positive, any shape.
+            Averaging times, s, positive, any shape.
 
         Returns
         -------
@@ -187,8 +187,8 @@ class NoiseModel(Result):
               Markov term,
             - Omega_0^2 sin^4(x)/x^2, x = pi f_0 tau, for each sinusoid.
 
-            The continuous curve: a sampled random walk lies above it by a factor
-            sqrt(1 + 1/(2 m^2)) where tau is m samples.
+            The curve is for continuous time. For a sampled random walk the deviation at m samples
+            is larger by the factor sqrt(1 + 1/(2 m^2)).
 
         Raises
         ------
@@ -202,12 +202,12 @@ class NoiseModel(Result):
         return deviation(self, taus, ALLAN)
 
     def hadamard_deviation(self, taus: npt.ArrayLike) -> Floats:
-        """Return the model's Hadamard deviation curve, which does not depend on a ramp.
+        """Return the model's Hadamard deviation curve; a ramp does not affect it.
 
         Parameters
         ----------
         taus : array_like
-            Averaging times in s, positive, any shape.
+            Averaging times, s, positive, any shape.
 
         Returns
         -------
@@ -226,31 +226,32 @@ class NoiseModel(Result):
 
         Notes
         -----
-        The variance of the third difference of the angle, over 6 tau^2: W. J. Riley and D. A.
-        Howe, "Handbook of Frequency Stability Analysis", NIST SP 1065, 2008, section 5.2.8.
+        It follows from the variance of the third difference of the angle, over 6 tau^2: W. J. Riley
+        and D. A. Howe, "Handbook of Frequency Stability Analysis", NIST SP 1065, 2008, section
+        5.2.8.
         """
         return deviation(self, taus, HADAMARD)
 
     def in_units(self, unit: str) -> Coefficient:
-        """Return the coefficient that has this unit, in this unit.
+        """Return the coefficient with the kind of a unit, in this unit.
 
         Parameters
         ----------
         unit : str
-            A unit of `zerorate.units`. Its kind selects the coefficient: a unit of angle random
-            walk selects N, of rate B, of rate random walk K, of rate ramp R, of angle Q. The same
-            holds for an accelerometer.
+            A unit of `zerorate.units`. Its kind selects the coefficient: angle random walk N, rate
+            B, rate random walk K, rate ramp R, angle Q. For an accelerometer it is the same with
+            acceleration.
 
         Returns
         -------
         Coefficient
-            Value, standard error and bound converted.
+            Coefficient with value, standard error and bound converted.
 
         Raises
         ------
         ValueError
-            If the unit is unknown, no coefficient of this quantity has such a unit, or the model is
-            in an unknown unit of samples.
+            If the unit is unknown, no coefficient of this quantity has this kind of unit, or the
+            unit of the model is unknown.
 
         Examples
         --------
@@ -276,15 +277,15 @@ class NoiseModel(Result):
         Parameters
         ----------
         rate : float
-            Samples per second, Hz.
+            Sampling rate, Hz.
 
         Returns
         -------
         DiscreteSigmas
-            `white`, whose square is the measurement noise variance of one sample, behind the
-            low-pass if there is one, and `walk_step`, whose square is the process noise variance of
-            the bias per sample. A coefficient that is not identifiable counts with its upper bound;
-            an unknown one is infinite.
+            `white` and `walk_step`. The square of `white` is the measurement noise variance of one
+            sample, after the low-pass if there is one. The square of `walk_step` is the process
+            noise variance of the bias per sample. A coefficient that is not identifiable counts
+            with its upper bound; an unknown coefficient is infinite.
 
         Raises
         ------
@@ -302,7 +303,7 @@ class NoiseModel(Result):
         return DiscreteSigmas(white.conservative * root * passed, walk.conservative / root)
 
     def __noise_densities__(self, sensor: str) -> tuple[float, float | None]:
-        """Return white noise and walk of the bias of a sensor's axis, for a `NavigationFilter`."""
+        """Return white noise and random walk of a sensor axis' bias, for a `NavigationFilter`."""
         return densities(self, sensor)
 
     def _coefficients(self) -> Iterator[tuple[Term, Coefficient]]:
@@ -323,26 +324,27 @@ def _check_terms(name: str, values: object, kind_: type) -> tuple[Any, ...]:
 def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
     """Return a noise model with the largest value of each coefficient over the axes.
 
-    Use it for an estimator that has one number for all axes.
+    Use it for an estimator with one number for all axes.
 
     Parameters
     ----------
     models : iterable of NoiseModel
-        One for each axis, at least one, all of one quantity.
+        Models, one for each axis, all of one quantity. At least one.
 
     Returns
     -------
     NoiseModel
-        Each coefficient is the largest among the axes where it is identifiable, with its standard
-        error. If no axis identifies it, it has the largest upper bound. It is unknown only if it is
-        unknown in all axes. Ramps are compared by absolute value. Markov terms and sinusoids are
-        taken from the axis where the sum of their variances is largest. It has the doubts of all
-        axes, and the low-pass filter with the lowest corner.
+        - A coefficient is the largest among the axes that identify it, with its standard error.
+        - If no axis identifies it, it has the largest upper bound.
+        - It is unknown only if it is unknown in all axes.
+        - Ramps are compared by absolute value.
+        - Markov terms and sinusoids come from the axis with the largest sum of their variances.
+        - The doubts of all axes are joined, and the low-pass filter has the lowest corner.
 
     Raises
     ------
     ValueError
-        If there is no model, or they differ in quantity.
+        If there is no model, or the models differ in quantity.
 
     Examples
     --------
@@ -375,7 +377,7 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
 
 
 def _rank_coefficient(coefficient: Coefficient) -> tuple[bool, bool, float]:
-    """Rank a determined coefficient first, then bounds, then unknown ones."""
+    """Return the rank of a coefficient: determined first, then bounds, then unknown."""
     size = abs(coefficient.conservative)
     return coefficient.identifiable, coefficient.known, size
 

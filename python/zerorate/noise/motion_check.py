@@ -17,11 +17,11 @@ from zerorate.record.runs import runs_of_rows
 from zerorate.types import Booleans, Floats
 
 MOTION_SIGMAS: Final = 8.0
-"""Number of usual deviations from rest above which it is motion.
+"""Smallest number of usual deviations of motion from rest.
 
-At rest the largest of 10 000 steps from the mean of a second to the next is 4.5 for Gaussian noise
-of any colour; recordings at rest reach 4.5, next to a running motor 5.3. The logarithm of the
-variance of a second reaches 4.2. Recordings that turn begin at 10.8, motion by hand at 30.
+For Gaussian noise of any colour, the largest of 10 000 steps between successive second means is
+4.5. Recordings at rest reach 4.5, or 5.3 next to a running motor. The logarithm of a second's
+variance reaches 4.2. Recordings with rotation begin at 10.8, motion by hand at 30.
 """
 
 MIN_REST_S: Final = 21.0
@@ -31,30 +31,32 @@ _MIN_WINDOWS: Final = 20
 _MIN_SAMPLES: Final = 10
 
 _MIN_REST_WINDOWS: Final = 5
-"""Windows: a shorter pause between two motions is no rest that could be characterised."""
+"""Number of windows of the shortest usable rest between two motions."""
 
 _QUIET_SHARE: Final = 0.25
-"""Share of the windows that is at rest at least."""
+"""Assumed smallest share of the windows at rest."""
 
 _MIN_VARIANCE_RATIO: Final = 3.0
-"""Variance of motion over that at rest, at least: vibration of the surroundings is no motion."""
+"""Smallest ratio of the variance in motion to the variance at rest: vibration of the surroundings
+is not motion.
+"""
 
 _MAX_ROUGHNESS: Final = 10.0
-"""Mean square step of a random walk over its variance within a window, its slope taken off.
+"""Mean square step of a random walk, relative to its variance about a line within a window.
 
-No noise of a gyro is smoother; what is, moves.
+No noise of a gyro is smoother than a random walk; a smoother signal is motion.
 """
 
 _MEDIAN_OF_NORMAL: Final = 0.6744897501960817
 _QUANTILE_SPAN: Final = 0.9703637767
-"""Between the 0.05 and the 0.25 quantile of the standard normal distribution."""
+"""Distance between the 0.05 and the 0.25 quantile of the standard normal distribution."""
 
 
 _MAX_MEAN_CHANGE: Final[Mapping[Quantity, float]] = {
     "angular rate": math.radians(0.5),
     "acceleration": 0.2,
 }
-"""Usual change of the mean of a second, rad/s or m/s^2, that no sensor at rest shows.
+"""Largest usual change between second means of a sensor at rest, rad/s or m/s^2.
 
 Gyros of phones reach 0.1 deg/s, accelerometers 0.02 m/s^2.
 """
@@ -75,37 +77,37 @@ class Span(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A change between means of successive seconds, relative to the usual one, and its time."""
+    """Change between means of successive seconds, relative to the usual change, and its time."""
 
     size: float
     time: float
 
 
 def moving_spans(z: npt.ArrayLike, rate: float | None = None) -> tuple[Span, ...]:
-    """Return the spans in which a sensor was not at rest.
+    """Return the time spans in which a sensor was not at rest.
 
-    A one-second window counts as motion if its variance, or the step of the mean to the next
-    window, is far outside the range of quiet windows. Neighbouring windows are merged, also across
-    pauses under 5 s.
+    A one-second window counts as motion if its variance is far outside the range of quiet windows,
+    or if the mean's step to the next window is. Windows of motion are merged across pauses under 5
+    s.
 
     Rotation at a constant rate looks like a bias and is detected only at its beginning and end.
-    Motion without a pause is detected if its period exceeds some 4 s and its second means change by
-    more than some 25 standard deviations of the noise; otherwise it looks like noise. Strong
-    vibration counts as motion, and so do outliers: see `hampel`.
+    Motion without a pause is detected under two conditions: its period exceeds about 4 s, and its
+    second means change by more than about 25 standard deviations of the noise. Otherwise it looks
+    like noise. Strong vibration and outliers count as motion; `hampel` removes outliers.
 
     Parameters
     ----------
     z : array_like, shape (n,)
-        Gyro output of one axis in any unit, at rest for at least a quarter of the time; samples
-        that are not finite count as missing.
+        Gyro output of one axis in any unit; values that are not finite count as missing. The sensor
+        must be at rest for at least a quarter of the time.
     rate : float
-        Samples per second, Hz; by default that of a `Log`. Below 10 Hz a window has 10 samples.
+        Sampling rate, Hz. Default: the rate of a `Log`. Below 10 Hz a window has 10 samples.
 
     Returns
     -------
     tuple of Span
-        Spans in order, in seconds; empty for a sensor at rest, and for a record with under 20
-        windows or without noise.
+        Spans in order, s. Empty for a sensor at rest, and for a record with under 20 windows or
+        without noise.
 
     Raises
     ------
@@ -134,8 +136,8 @@ def moving_spans(z: npt.ArrayLike, rate: float | None = None) -> tuple[Span, ...
 def largest_step(z: Floats, rate: float) -> Step:
     """Return the largest change from one second's mean to the next.
 
-    Drift is slow and noise is Gaussian, so the changes of a sensor at rest are about equal. The
-    changes of a sensor that moves at times are not. Motion without a pause is not found.
+    Drift is slow and noise is Gaussian, so the changes of a sensor at rest have about the same
+    size. In occasional motion some changes are much larger. Motion without a pause is not found.
 
     Parameters
     ----------
@@ -147,8 +149,8 @@ def largest_step(z: Floats, rate: float) -> Step:
     Returns
     -------
     Step
-        The step. Its size is 0 if the record is shorter than 20 s or so coarse that most means are
-        equal.
+        Largest step. Its size is 0 if the record is shorter than 20 s, or so coarse that most means
+        are equal.
     """
     return _SecondMeans.of(z, rate).largest
 
@@ -156,10 +158,10 @@ def largest_step(z: Floats, rate: float) -> Step:
 def find_doubts(
     record: npt.NDArray[np.generic], rate: float, unit: str, names: Sequence[str]
 ) -> tuple[Doubt, ...]:
-    """Return the reasons for doubt in noise coefficients of each axis of a sensor.
+    """Return the reasons to doubt the noise coefficients of each axis of a sensor.
 
-    Occasional motion is detected by `largest_step`; permanent motion by the changes of the second
-    means, if the unit is known. If most axes moved, all axes count as moved.
+    `largest_step` detects occasional motion. If the unit is known, the changes of the second means
+    detect permanent motion. If most axes moved, all axes count as moved.
 
     Parameters
     ----------
@@ -170,12 +172,12 @@ def find_doubts(
     unit : str
         Unit of the samples, as in `zerorate.noise.quantities`.
     names : sequence of str
-        One name per axis; "" for none.
+        Name of each axis; "" for no name.
 
     Returns
     -------
     tuple of Doubt
-        One doubt per axis; its `why` is empty if there is no doubt.
+        One doubt per axis, with an empty `why` if there is none.
     """
     factor, quantity = si_unit(unit)
     max_change = _MAX_MEAN_CHANGE.get(quantity, math.inf) / factor
@@ -248,7 +250,7 @@ def _find_moving(windows: Floats) -> Booleans:
     statistics = _WindowStatistics.of(windows)
     noisy = statistics.variance > _variance_limit(statistics.variance, windows.shape[1])
     steps = np.abs(np.diff(statistics.mean))
-    # A step into a window that moves anyway says nothing of its neighbour.
+    # A step into a window of motion is not evidence for motion in the next window.
     between = ~(noisy[1:] | noisy[:-1]) & np.isfinite(steps)
     if not between.any():
         return noisy
@@ -262,7 +264,7 @@ def _find_moving(windows: Floats) -> Booleans:
 
 
 class _WindowStatistics(NamedTuple):
-    """Mean, variance, and variance about a straight line of each window, NaN of half-empty ones."""
+    """Mean, variance, and variance about a line of each window; NaN if half-empty."""
 
     mean: Floats
     variance: Floats
@@ -277,9 +279,9 @@ class _WindowStatistics(NamedTuple):
         squares = np.einsum("ij,ij->i", level, level)
         time = np.arange(windows.shape[1]) - (windows.shape[1] - 1) / 2.0
         line = (level @ time) ** 2 / np.maximum(there @ time**2, 1.0)
-        # A step of quantisation is the smallest visible difference.
+        # The smallest visible difference is the step of quantisation.
         least = resolution(windows.reshape(-1)) ** 2 / 12.0
-        # NaN where the mean is, in windows without any sample too.
+        # The variance is NaN wherever the mean is NaN.
         blank = 0.0 * mean
         return cls(
             mean,
@@ -289,7 +291,7 @@ class _WindowStatistics(NamedTuple):
 
 
 def _row_means(rows: npt.NDArray[np.generic]) -> Floats:
-    """Return the mean of each row, NaN where half of it or more is missing."""
+    """Return the mean of each row, NaN if half of the row or more is missing."""
     totals: Floats = np.asarray(rows.sum(axis=1, dtype=np.float64))
     if np.isfinite(totals).all():
         return np.asarray(totals / rows.shape[1])
@@ -301,13 +303,14 @@ def _row_means(rows: npt.NDArray[np.generic]) -> Floats:
 
 
 def _robust_sigma(steps: Floats) -> float:
-    """Return the deviation of Gaussian steps whose sizes have this median."""
+    """Return the standard deviation of Gaussian steps from the median of their sizes."""
     return float(np.median(steps)) / _MEDIAN_OF_NORMAL
 
 
 def _variance_limit(variance: Floats, width: int) -> float:
     lowest, quiet = np.nanquantile(variance, [0.05, _QUIET_SHARE])
-    # The logarithm of a variance of Gaussian noise varies by sqrt(2 / width) at least.
+    # The logarithm of a Gaussian noise's variance has a standard deviation of at least sqrt(2 /
+    # width).
     spread = max(float(np.log(quiet / lowest)) / _QUANTILE_SPAN, float(np.sqrt(2.0 / width)))
     return float(quiet) * max(float(np.exp(MOTION_SIGMAS * spread)), _MIN_VARIANCE_RATIO)
 

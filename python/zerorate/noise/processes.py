@@ -1,9 +1,9 @@
 """Generalised autocovariances (Greenhall and Riley 2003) and strengths of the noise processes.
 
 The phase x (the sum of the rate) of a random walk has no autocovariance, but its differences have
-one. All of these follow from one even function s(k): the covariance of two sums of phases with
-weights that add up to zero is the sum of products of weights times s. Polynomials in k² of a degree
-that the differences remove may be left out of s. The sample is the unit of time.
+autocovariances. All follow from one even function s(k). Take two sums of phases with weights that
+add up to zero: their covariance is the sum of products of weights times s. Differences remove
+polynomials in k² up to a degree, which may be left out of s. The sample is the unit of time.
 """
 
 import math
@@ -23,16 +23,16 @@ _ZETA_3: Final = 1.2020569031595942
 
 @dataclass(frozen=True)
 class Process:
-    """A noise of unit strength.
+    """Noise of unit strength.
 
     Parameters
     ----------
     phase : callable
         s(k) of the phase.
     summed : callable
-        s(k) of the running sum of the phase, whose negative second difference is `phase`.
+        s(k) of the running sum of the phase; its negative second difference is `phase`.
     is_point : bool
-        True if s(k) of the phase is zero everywhere but at zero.
+        True if s(k) of the phase is zero for all k except zero.
     """
 
     phase: Callable[[Floats], Floats]
@@ -47,9 +47,10 @@ def _power_log(k: Floats, power: int) -> Floats:
 
 
 def _flicker_summed(k: Floats) -> Floats:
-    """Return the even function whose negative second difference is k² ln|k| / (2 pi).
+    """Return the even function with k² ln|k| / (2 pi) as negative second difference.
 
-    By its Euler-Maclaurin series, good to 1e-4 from 1 on; at 0 it is as at 1.
+    It uses the Euler-Maclaurin series, accurate to 1e-4 for |k| >= 1. The value at 0 is the value
+    at 1.
     """
     size = np.maximum(np.abs(k), 1.0)
     smooth = (10.0 * size**2 * (size**2 - 1.0) + 1.0) * np.log(size) / 120.0 - 7.0 * size**4 / 144.0
@@ -83,7 +84,7 @@ WALK: Final = Process(
 
 
 def _flicker_phase(k: Floats) -> Floats:
-    """Return the negative second difference of k² ln|k|, by its limit where that is rounded."""
+    """Return the negative second difference of k² ln|k|, by its limit for large k."""
     near = 2.0 * _power_log(k, 2) - _power_log(k - 1.0, 2) - _power_log(k + 1.0, 2)
     return np.where(np.abs(k) < 1e3, near, -2.0 * np.log(np.maximum(np.abs(k), 1.0)) - 3.0)
 
@@ -97,7 +98,7 @@ BY_EXPONENT: Final[dict[int, Process]] = {
     -3: Process(phase=lambda k: -_power_log(k, 4), summed=lambda k: _power_log(k, 6) / 30.0),
     -4: Process(phase=lambda k: -(np.abs(k) ** 5), summed=lambda k: np.abs(k) ** 7 / 42.0),
 }
-"""Noises by the exponent of the density of their rate, at any strength."""
+"""Noises of any strength by the exponent of the density of their rate."""
 
 
 def markov(time: float) -> Process:
@@ -109,7 +110,7 @@ def markov(time: float) -> Process:
 
 
 def _markov_summed(k: Floats, time: float) -> Floats:
-    """Return the double integral with the factor from second derivative to second difference."""
+    """Return the double integral, scaled from second derivative to second difference."""
     integral = time**4 * _exponential_tail(k / time, 5)
     return integral - time**2 * _exponential_tail(k / time, 3) / 12.0 - k / (180.0 * time)
 
@@ -117,8 +118,8 @@ def _markov_summed(k: Floats, time: float) -> Floats:
 def _exponential_tail(r: Floats, first: int) -> Floats:
     """Return the terms of exp(-r) from (-r)^first / first! on.
 
-    The even ones of lower order may be left out, the odd ones belong to the process. Where r is
-    small they would cancel in a difference, so the series is summed there.
+    Even terms of lower order may be left out; odd terms belong to the process. For small r they
+    would cancel in a difference, so the series is summed.
     """
     small = np.minimum(r, 1.0)
     series = np.zeros_like(r)
@@ -135,10 +136,10 @@ COLOURED: Final[dict[str, Process]] = {
     "bias_instability": FLICKER,
     "rate_random_walk": WALK,
 }
-"""Noises of the coefficients of `NoiseModel`."""
+"""Coloured noises by the coefficients of `NoiseModel`."""
 
 TERMS: Final = (*COLOURED, "rate_ramp")
-"""Coefficients that a fit looks for by default."""
+"""Coefficients in a fit by default."""
 
 _RATE_POWER: Final = {
     "quantization": 2.0,
@@ -155,7 +156,7 @@ def strength(term: str, rate: float) -> float:
 
 
 def check_terms(terms: Sequence[str]) -> tuple[str, ...]:
-    """Return the terms in their order; ValueError for an unknown, repeated or missing one."""
+    """Return the terms in their order; ValueError for an unknown, repeated or missing term."""
     names = (terms,) if isinstance(terms, str) else tuple(terms)
     for term in names:
         if term not in TERMS:
@@ -178,7 +179,7 @@ def check_times(markov: Sequence[float] | int) -> tuple[float, ...] | int:
 
 
 def check_frequencies(sinusoid: Sequence[float], rate: float) -> tuple[float, ...]:
-    """Return the frequencies; ValueError unless all are between zero and half the rate."""
+    """Return the frequencies; ValueError if one is not between zero and half the rate."""
     frequencies = tuple(float(frequency) for frequency in sinusoid)
     if not all(0.0 < frequency < rate / 2.0 for frequency in frequencies):
         raise ArgumentError(
@@ -194,7 +195,7 @@ def ramp_variance(kind: Kind, m: Floats) -> Floats:
 
 
 def sinusoid_variance(kind: Kind, m: Floats, frequency: float) -> Floats:
-    """Return the squared deviation of a sine of amplitude 1, given its cycles per sample."""
+    """Return the squared deviation of a sine of amplitude 1, for its cycles per sample."""
     half = math.pi * frequency
     response = np.abs(2.0 * np.sin(half * m)) ** kind.order / (m * 2.0 * math.sin(half))
     if kind.modified:

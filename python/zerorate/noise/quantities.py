@@ -15,20 +15,20 @@ if TYPE_CHECKING:
 Quantity = Literal["angular rate", "acceleration", "unknown"]
 
 UNKNOWN: Final = "unit"
-"""Unit in a log whose unit is not known."""
+"""Unit of a log with an unknown unit."""
 
 UNKNOWN_UNIT_REASON: Final = (
     'the unit of the samples is not known: give unit="deg/s", or whatever it is, where the noise '
     "is estimated"
 )
-"""Why a model in the unit of the samples cannot be given in another."""
+"""Reason why a model in the unit of the samples cannot be converted."""
 
 _QUANTITIES: Final[dict[str, tuple[Quantity, str]]] = {
     "rate": ("angular rate", "rad/s"),
     "acceleration": ("acceleration", "m/s^2"),
 }
 
-# Fine and coarse unit of each kind, and from which least deviation on the coarse one reads better.
+# Fine and coarse unit of each kind, and the smallest deviation for the coarse unit.
 _DISPLAY_UNITS: Final = {
     "rate": ("deg/h", "deg/s", 1000.0),
     "acceleration": ("ug", "m/s^2", 1e5),
@@ -36,7 +36,7 @@ _DISPLAY_UNITS: Final = {
 
 
 class Term(NamedTuple):
-    """A coefficient of the model: field, name, SI unit and display unit."""
+    """Coefficient of the model: field, name, SI unit and display unit."""
 
     field: str
     name: str
@@ -75,7 +75,7 @@ TERMS: Final[dict[Quantity, tuple[Term, ...]]] = {
 
 
 class DisplayUnit(NamedTuple):
-    """A unit, and the factor that converts a deviation to it."""
+    """Unit for display, and the factor from a deviation to it."""
 
     unit: str
     factor: float

@@ -18,7 +18,7 @@ _GLANCE_SAMPLES: Final = 1000
 
 
 def as_record(z: npt.ArrayLike, min_samples: int = 1, purpose: str = "this") -> Floats:
-    """Return one axis as contiguous float64, NaN where missing, after checking it.
+    """Return one axis as contiguous float64, NaN where missing, after a check.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def as_record(z: npt.ArrayLike, min_samples: int = 1, purpose: str = "this") -> 
     min_samples : int
         Smallest number of present samples.
     purpose : str
-        Purpose of the samples, for the message.
+        Purpose of the samples, for the error message.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def as_record(z: npt.ArrayLike, min_samples: int = 1, purpose: str = "this") -> 
 
 
 def check_record(z: npt.ArrayLike, rate: float) -> Floats:
-    """Return a record as floats, shape (n,), after checking it and its rate."""
+    """Return a record as floats, shape (n,), after a check of record and rate."""
     check_rate(rate)
     record = floats(z, "z")
     if record.ndim != 1:
@@ -61,8 +61,8 @@ def check_record(z: npt.ArrayLike, rate: float) -> Floats:
 
 
 def is_constant(record: npt.NDArray[Any], value: float) -> bool:
-    """Return True if all samples that are present equal a value."""
-    # The beginning nearly always settles it.
+    """Return True if all present samples equal a value."""
+    # The first samples are usually sufficient.
     parts = (record[:_GLANCE_SAMPLES], record[_GLANCE_SAMPLES:])
     return all(bool(np.all((part == value) | ~np.isfinite(part))) for part in parts)
 
@@ -82,7 +82,7 @@ def longest_stretch(record: Floats) -> Floats:
 
 
 def check_width(width: int, name: str = "width") -> int:
-    """Return a number of samples; ValueError unless it is a whole number from 1 on."""
+    """Return a number of samples; ValueError if it is not a whole number from 1."""
     is_whole = isinstance(width, numbers.Integral) and not isinstance(width, bool)
     if not is_whole or width < 1:
         raise ArgumentError(name, f"must be a whole number from 1 on, got {width!r}")
@@ -90,24 +90,24 @@ def check_width(width: int, name: str = "width") -> int:
 
 
 def mark_gaps(record: Floats) -> Floats:
-    """Return the record with NaN for values that are not finite; unchanged if all are."""
+    """Return the record with NaN for values that are not finite; unchanged if all are finite."""
     finite = np.isfinite(record)
     return record if finite.all() else np.where(finite, record, np.nan)
 
 
 def centre_record(record: Floats) -> Floats:
-    """Return the present samples minus their mean, scaled to a size of about 1 at most.
+    """Return the present samples minus their mean, scaled to a size of about 1.
 
     Use it for results that do not depend on the unit. The mean is computed relative to one of the
-    samples, so that an offset costs no precision. The scale is a power of two, so that it rounds
-    nothing.
+    samples, so a large offset does not reduce the precision. The scale is a power of two, so
+    scaling is exact.
     """
     finite = np.isfinite(record)
     present = record if finite.all() else record[finite]
     scaled = present / size_of(present)
     scaled -= scaled[0]
     scaled -= scaled.mean()
-    # Once more: a record that hardly differs is small now.
+    # Scale again, because a nearly constant record is small after centring.
     scaled /= size_of(scaled)
     if present is record:
         return scaled

@@ -17,7 +17,7 @@ _CUBE_CORNER: Final = 0.2622
 
 
 class Shape(NamedTuple):
-    """A family of filters: squared magnitude for parameters p, start values, and names."""
+    """Family of filters: squared magnitude for parameters p, start values, and names."""
 
     name: str
     response: Callable[[Floats, Floats], Floats]
@@ -111,7 +111,7 @@ def _cube_starts(lowest: float) -> Sequence[Sequence[float]]:
 
 
 def own_corner(p: Floats) -> float:
-    """Return the corner of a shape whose first parameter is the corner's logarithm."""
+    """Return the corner of a shape with the corner's logarithm as first parameter."""
     return math.exp(p[0])
 
 

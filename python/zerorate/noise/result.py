@@ -1,4 +1,4 @@
-"""A deviation curve with its bounds, its axes and its fits."""
+"""Deviation curve with its bounds, its axes and its fits."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 from zerorate.types import Floats, Integers
 from zerorate.views import Result, figure_of
 
-# More averaging times to an octave share nearly all of what they know.
+# More averaging times per octave add nearly no information.
 _TAUS_PER_OCTAVE: Final = 4
 _MIN_TAUS: Final = 5
 _PLAIN_KINDS: Final = {"totdev": "oadev", "mtotdev": "mdev", "ttotdev": "mdev", "htotdev": "ohdev"}
@@ -39,7 +39,7 @@ _KINDS_WITHOUT_MODEL: Final = ("theo1", "pdev")
 class AllanResult(Result):
     """Deviations of a record at a number of averaging times.
 
-    Arrays by axis have shape (t,) for a record of one axis and (t, k) for one of k.
+    Arrays "by axis" have shape (t,) for a record of one axis and (t, k) for k axes.
 
     Attributes
     ----------
@@ -48,33 +48,34 @@ class AllanResult(Result):
     taus : ndarray, shape (t,)
         Averaging times in s.
     deviation : ndarray, by axis
-        In `unit` (times s for the time deviations); NaN where gaps leave no term.
+        Deviation in `unit`, for time deviations in `unit` times s; NaN if gaps leave no term.
     lower, upper : ndarray, by axis
         Bounds of the true deviation at `confidence`.
     edf : ndarray, by axis
         Equivalent degrees of freedom of the squared deviation.
     exponent : ndarray of int, by axis
-        Noise type: alpha of the density of the rate, proportional to f^alpha. 2 quantisation,
-        0 white (angle random walk), -1 flicker (bias instability), -2 rate random walk.
+        Noise type: exponent alpha of the density of the rate, proportional to f^alpha. 2:
+        quantisation; 0: white (angle random walk); -1: flicker (bias instability); -2: rate random
+        walk.
     term_count : ndarray of int, by axis
         Number of terms in the mean of each deviation.
     factors : ndarray of int, shape (t,)
-        Averaging times in samples (for Thêo1: divided by 0.75).
+        Averaging times in samples; for Thêo1, divided by 0.75.
     rate : float
         Samples per second, Hz.
     n : int
-        Samples of the record, missing ones included.
+        Number of samples of the record, with missing samples.
     unit : str
-        Unit of the record; ``"unit"`` where it is not known.
+        Unit of the record; ``"unit"`` if it is unknown.
     names : tuple of str
         One name per axis.
     confidence : float
         Probability that the true deviation lies between the bounds.
     notes : tuple of str
-        Changes to the input, and warnings, one sentence each.
+        Changes to the input and warnings, one sentence each.
     doubts : tuple of Doubt
-        Reasons not to trust the noise of each axis: the sensor moved, or the record is under 21 s.
-        Exports then raise an error.
+        Reasons not to trust the noise of each axis: the sensor moved, or the record is shorter than
+        21 s. Exports then raise an error.
 
     Examples
     --------
@@ -119,7 +120,7 @@ class AllanResult(Result):
 
     @property
     def axes(self) -> tuple[AllanResult, ...]:
-        """Every axis as a separate result, with arrays of shape (t,)."""
+        """All axes as separate results, with arrays of shape (t,)."""
         return tuple(self.axis(i) for i in range(len(self.names)))
 
     def axis(self, which: int | str) -> AllanResult:
@@ -152,22 +153,22 @@ class AllanResult(Result):
         Parameters
         ----------
         method : {"curve", "polynomial"}
-            "curve": non-negative least squares; the variances and covariances of the deviations
-            follow from the estimated noise. "polynomial": sigma^2 = sum of A_n tau^n, n from -2 to
-            2, for comparison with the literature.
+            "curve": non-negative least squares, with variances and covariances of the deviations
+            from the estimated noise. "polynomial": sigma^2 = sum of A_n tau^n, n from -2 to 2, for
+            comparison with the literature.
         terms : sequence of str
-            Coefficients to estimate; all five by default. A Hadamard kind sees no ramp.
+            Coefficients to estimate. Default: all five. Hadamard kinds do not show a ramp.
         markov : int or sequence of float
-            Number of Markov terms to find, or their correlation times in s.
+            Number of Markov terms to estimate, or their correlation times in s.
         sinusoid : sequence of float
-            Frequencies, in Hz, of sines whose amplitudes are estimated.
+            Frequencies of sines with unknown amplitudes, Hz.
 
         Returns
         -------
         FittedModel, or a tuple with one per axis
-            A `NoiseModel` in SI units, or in the unit of the samples if that unit is not known.
-            Each coefficient has a standard error, a flag if the record determines it, and an upper
-            bound at 95 %. Coefficients that are not in `terms` are unknown.
+            A `NoiseModel` in SI units, or in the unit of the samples if this is unknown. Each
+            coefficient has a standard error, a 95 % upper bound, and a flag: True if the record
+            determines it. Coefficients that are not in `terms` are unknown.
 
         Raises
         ------
@@ -177,12 +178,13 @@ class AllanResult(Result):
 
         Notes
         -----
-        A coefficient is identifiable if its square is above twice its standard error. If chance
-        does not explain the distance of the curve from the model, `misfit` is the relative error of
-        the model that does; it is included in the standard errors.
+        A coefficient is identifiable if its square exceeds twice the standard error of the square.
+        If chance does not explain the residuals of the curve, `misfit` is the relative model error
+        that explains them. Standard errors include it.
 
-        A curve has no samples, so a low-pass filter of the sensor cannot be found here, and N and
-        B of low-passed samples are wrong: use `zerorate.characterise` or `zerorate.noise.whittle`.
+        A curve has no samples, so a low-pass filter of the sensor cannot be detected here. N and B
+        of low-pass filtered samples are then wrong. Use `zerorate.characterise` or
+        `zerorate.noise.whittle`, which detect the filter.
         """
         if len(self.names) > 1:
             models = (
@@ -194,7 +196,7 @@ class AllanResult(Result):
         axis = self.axis(0)
         axis._check_fit()
         deviation = axis.rate_deviation
-        # Squares of any record shall neither overflow nor vanish.
+        # The scale keeps squares from overflow and underflow.
         scale = power_of_two(deviation[np.isfinite(deviation)])
         unit = factor * scale, quantity
         doubt = "".join(entry.why for entry in self.doubts)
@@ -209,14 +211,14 @@ class AllanResult(Result):
         return replace(model, doubt=doubt)
 
     def fit_behind(self, filtered: Filtered, markov: int = 0) -> FittedModel:
-        """Estimate the noise coefficients of one axis with filtered samples.
+        """Estimate the noise coefficients of one axis with low-pass filtered samples.
 
         Parameters
         ----------
         filtered : Filtered
-            The filter, from the spectrum of the same record.
+            Filter, estimated from the spectrum of the same record.
         markov : int
-            Number of Markov terms to find.
+            Number of Markov terms to estimate.
         """
         factor, quantity = si_unit(self.unit)
         self._check_fit()
@@ -225,7 +227,7 @@ class AllanResult(Result):
         terms = tuple(term for term in TERMS if term != "quantization")
         curve, unit = self._make_curve(scale), (factor * scale, quantity)
         model = curve_fit(curve, terms, markov, (), unit, process_of(filtered))
-        # What the filter leaves open of N is in no deviation.
+        # No deviation contains the uncertainty of N that comes from the filter.
         white = coefficient_of(model, "angle_random_walk")
         share = 0.5 * filtered.white.sigma / filtered.white.value
         sigma = math.hypot(white.sigma, share * white.value)
@@ -243,9 +245,9 @@ class AllanResult(Result):
         *,
         ax: Axes | Sequence[Axes] | None = None,
     ) -> Figure:
-        """Return a figure of the curves, their bounds, and models if given.
+        """Return a figure of the curves, their bounds, and given models.
 
-        With `ax` the first axis of the sensor is drawn there; with several axes, one each.
+        A single `ax` shows the first axis of the sensor; several `ax` show one axis each.
 
         Raises
         ------
@@ -280,7 +282,7 @@ class AllanResult(Result):
             )
 
     def _select_taus(self, per_octave: int) -> npt.NDArray[np.intp]:
-        """Return the places of the averaging times that a fit looks at."""
+        """Return the indices of the averaging times for a fit."""
         usable = np.flatnonzero((self.deviation > 0.0) & np.isfinite(self.edf))
         indices: list[int] = []
         least, step = 0.0, 2.0 ** (0.999 / per_octave)
@@ -291,7 +293,7 @@ class AllanResult(Result):
         return np.array(indices, dtype=np.intp)
 
     def _make_curve(self, scale: float) -> Curve:
-        """Return the curve for a fit, deviations in units of `scale`, without reflection."""
+        """Return the curve for a fit, without reflection, with deviations in units of `scale`."""
         used, kind = self._select_taus(_TAUS_PER_OCTAVE), KINDS[self.kind]
         m, edf = self.factors[used], self.edf[used]
         variance = (self.rate_deviation[used] / scale) ** 2

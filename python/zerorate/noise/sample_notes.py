@@ -1,4 +1,4 @@
-"""Sentences on the samples of a record at rest: steps wider than the noise, a low-pass."""
+"""Sentences on a record at rest: steps larger than the noise, and a low-pass."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from zerorate.types import Floats
 
 
 def describe_steps(record: Floats, rate: float, unit: str) -> str:
-    """Return the sentence on the steps of one axis, empty if they do not matter."""
+    """Return the sentence on the steps of one axis, empty if they are insignificant."""
     coarse = find_coarse(record, rate)
     if coarse is not None:
         return describe_coarse(coarse, rate, unit)
@@ -19,7 +19,7 @@ def describe_steps(record: Floats, rate: float, unit: str) -> str:
 
 
 def describe_samples(record: Floats, rate: float, unit: str) -> Iterator[str]:
-    """Yield the sentences on steps and low-pass of a record of one axis at rest."""
+    """Yield the sentences on steps and low-pass of one axis at rest."""
     steps = describe_steps(record, rate, unit)
     if steps:
         yield steps

@@ -1,4 +1,4 @@
-"""The spectrum of a record in bands, and the noise coefficients that it gives."""
+"""Spectrum of a record in bands, and the noise coefficients from it."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ from zerorate.record.missing import floats
 from zerorate.record.named import rate_of, unit_of
 from zerorate.types import Floats
 
-# More average better but smear the lowest frequencies, where drift is.
+# More tapers average better, but smear the lowest frequencies, which contain the drift.
 _TAPER_COUNT: Final = 5
 _BANDS_PER_OCTAVE: Final = 8
-# Lines at a time: what is worked on stays in the cache.
+# Number of lines in one computation, so that they stay in the cache.
 _BLOCK_LINES: Final = 1 << 13
 _MIN_SAMPLES: Final = 64
-# Narrow bands to the sampling rate, and points of each at which a model is computed.
+# Number of narrow bands up to the sampling rate, and points in each band for the model.
 _NARROW_PARTS: Final = 256
 _POINTS_OF_BAND: Final = (np.arange(12) + 0.5) / 12.0
 
@@ -56,7 +56,7 @@ class Spectrum:
     scale : float
         Scale that keeps squares within floating-point range.
     record : ndarray
-        Samples of the densities, not scaled.
+        Samples of the record, not scaled.
     """
 
     bands: Bands
@@ -66,7 +66,7 @@ class Spectrum:
 
     @classmethod
     def of(cls, z: npt.ArrayLike, rate: float) -> Self:
-        """Return the spectrum of the longest stretch of a record, shape (n,), without a gap."""
+        """Return the spectrum of a record's longest stretch without a gap; the record is (n,)."""
         record = longest_stretch(check_record(z, rate))
         if record.size < _MIN_SAMPLES:
             raise ArgumentError(
@@ -89,7 +89,7 @@ class Spectrum:
 
 
 class Bands:
-    """Bands of the spectrum of n samples, and the numbers of independent lines."""
+    """Bands of the spectrum of n samples, and their numbers of independent lines."""
 
     def __init__(self, n: int, narrow: bool = False) -> None:
         self.n = n
@@ -97,7 +97,8 @@ class Bands:
         self.edges = _band_edges(len(self.lines))
         if narrow:
             self.edges = _split_edges(self.edges, max((n + 1) // _NARROW_PARTS, _TAPER_COUNT))
-        # Sums over many lines vary more by the ends of the record that the tapers leave out.
+        # Tapers leave out the ends of the record, which increases the variance of sums over many
+        # lines.
         self.counts = np.diff(self.edges) / (1.0 + 0.5 / _TAPER_COUNT)
 
     @classmethod
@@ -109,8 +110,8 @@ class Bands:
     def density(self, record: Floats) -> Floats:
         """Return the mean two-sided density of each band, with the sample as unit of time.
 
-        Sine taper k shifts the spectrum up and down by k half lines, so one transform of twice the
-        length holds the spectra of all tapers.
+        Sine taper k shifts the spectrum up and down by k half lines. One transform of twice the
+        length therefore contains the spectra of all tapers.
         """
         padded = np.zeros(2 * (self.n + 1))
         np.subtract(record, record.mean(), out=padded[1 : self.n + 1])
@@ -129,7 +130,7 @@ class Bands:
 
     @property
     def half_angles(self) -> Floats:
-        """2 sin(pi f) of every line, f in cycles a sample."""
+        """2 sin(pi f) of every line, f in cycles per sample."""
         angles: Floats = 2.0 * np.sin(np.array(self.lines) * (math.pi / (self.n + 1)))
         return angles
 
@@ -145,7 +146,7 @@ def _sum_tapers(spectrum: npt.NDArray[np.complex128], first: int, count: int) ->
 
 
 def _band_edges(lines: int) -> npt.NDArray[np.intp]:
-    """Return the edges of bands: none narrower than the width over which the tapers smear."""
+    """Return the edges of bands that are at least as wide as the smearing of the tapers."""
     steps = int(_BANDS_PER_OCTAVE * math.log2(lines / _TAPER_COUNT + 1.0))
     grid = _TAPER_COUNT * (2.0 ** (np.arange(steps + 1) / _BANDS_PER_OCTAVE) - 1.0)
     edges = [0]
@@ -156,7 +157,7 @@ def _band_edges(lines: int) -> npt.NDArray[np.intp]:
 
 
 def _split_edges(edges: npt.NDArray[np.intp], widest: int) -> npt.NDArray[np.intp]:
-    """Return edges between which no band has more lines than the widest may."""
+    """Return edges with additional splits, so that no band has too many lines."""
     split = [edges[:1]]
     for first, last in pairwise(edges.tolist()):
         parts = -(-(last - first) // widest)
@@ -165,7 +166,7 @@ def _split_edges(edges: npt.NDArray[np.intp], widest: int) -> npt.NDArray[np.int
 
 
 def _fast_length(n: int) -> int:
-    """Return the largest length up to n whose padded transform is quick."""
+    """Return the largest length up to n with a fast padded transform."""
     best = 1
     for fives in (5**i for i in range(20) if 5**i <= n + 1):
         for threes in (3**i for i in range(30) if fives * 3**i <= n + 1):
@@ -174,7 +175,7 @@ def _fast_length(n: int) -> int:
     return best - 1
 
 
-# Densities of the sampled noises over x = 2 sin(pi f), f in cycles a sample.
+# Densities of the sampled noises as functions of x = 2 sin(pi f), f in cycles per sample.
 _DENSITY_SHAPES: Final[dict[str, Callable[[Floats], Floats]]] = {
     "quantization": lambda x: x * x,
     "angle_random_walk": lambda x: np.ones_like(x),
@@ -197,32 +198,32 @@ def whittle(
     Parameters
     ----------
     z : array_like, shape (n,)
-        Rates. Samples that are not finite count as missing; the longest part without them is used.
+        Rates; values that are not finite count as missing. The longest part without a gap is used.
     rate : float
-        Samples per second, Hz; by default that of a `Log`.
+        Sampling rate, Hz. Default: the rate of a `Log`.
     unit : str, optional
-        Unit of `z`, "deg/s" for instance; by default that of a `Log`. Without a unit the model is
+        Unit of `z`, for instance "deg/s". Default: the unit of a `Log`. Without a unit the model is
         in the unit of the samples, and cannot be converted or exported.
     terms : sequence of str
-        Coefficients to estimate; all five by default.
+        Coefficients to estimate. Default: all five.
 
     Returns
     -------
     FittedModel
-        The model, as from `AllanResult.fit`.
+        Model, as from `AllanResult.fit`.
 
     Raises
     ------
     ValueError
-        If the record has fewer than 64 samples without a gap, is constant, or an argument is not
+        If the record has fewer than 64 samples without a gap or is constant, or an argument is not
         as described.
 
     Notes
     -----
     P. Whittle, "Estimation and information in stationary time series", Ark. Mat. 2, 1953. The
-    spectrum is averaged over five sine tapers (K. S. Riedel, A. Sidorenko, IEEE Trans. Signal
-    Process. 43(1), 1995), which suppress the leakage of a random walk, and over narrow bands. Each
-    band is gamma distributed about the model.
+    spectrum is averaged over narrow bands and over five sine tapers (K. S. Riedel, A. Sidorenko,
+    IEEE Trans. Signal Process. 43(1), 1995). The tapers suppress the leakage of a random walk. Each
+    band has a gamma distribution about the model.
 
     Examples
     --------
@@ -283,7 +284,7 @@ def filtered_model(filtered: Filtered, rate: float, unit: tuple[float, Quantity]
 
 @lru_cache(maxsize=8)
 def find_low_pass(spectrum: Spectrum, rate: float) -> Filtered | None:
-    """Return the noise behind a low-pass, None if a model without one is sufficient."""
+    """Return the noise behind a low-pass, None if a model without a low-pass is sufficient."""
     bands = spectrum.bands
     basis = _basis(bands, TERMS)
     start = spectrum.density**2 / bands.counts

@@ -1,4 +1,4 @@
-"""Allan and Hadamard deviation of each noise term, and the terms with a time scale."""
+"""Allan and Hadamard deviation of each noise term, and terms with a time scale."""
 
 from __future__ import annotations
 
@@ -31,15 +31,16 @@ class Markov:
     Parameters
     ----------
     amplitude : float
-        q_c in rad/s^2/sqrt(Hz): the white noise that drives it. Its variance is q_c^2 T_c / 2.
+        q_c in rad/s^2/sqrt(Hz), the density of the white noise that drives it. Its variance is
+        q_c^2 T_c / 2.
     time : float
-        T_c in s, the correlation time, positive. For times well below T_c the noise is a random
-        walk with K = q_c, well above it is white with N = q_c T_c.
+        Correlation time T_c in s, positive. Well below T_c the noise is a random walk with K = q_c;
+        well above T_c it is white with N = q_c T_c.
 
     Raises
     ------
     ValueError
-        If a number is not finite, the amplitude negative or the time not positive.
+        If a number is not finite, the amplitude is negative or the time is not positive.
 
     Examples
     --------
@@ -67,7 +68,7 @@ class Sinusoid:
     Raises
     ------
     ValueError
-        If a number is not finite, the amplitude negative or the frequency not positive.
+        If a number is not finite, the amplitude is negative or the frequency is not positive.
 
     Examples
     --------
@@ -83,9 +84,10 @@ class Sinusoid:
 
 @dataclass(frozen=True)
 class Statistic:
-    """Weights of the terms in a deviation at tau = 1 s; the squared deviation is their sum.
+    """Weights of the terms in a squared deviation at tau = 1 s.
 
-    Both are differences, of order 2 or 3, of the angle at steps of tau.
+    The deviation uses differences of the angle, of order 2 (Allan) or 3 (Hadamard), at steps of
+    tau.
     """
 
     order: int
@@ -95,7 +97,7 @@ class Statistic:
     ramp: float
     sinusoid: float
     squares: tuple[float, ...]
-    """Weights of the mean square angle gained over 1, 2, ... steps."""
+    """Weights of the mean square change of the angle over 1, 2, ... steps."""
 
 
 ALLAN: Final = Statistic(
@@ -132,7 +134,7 @@ def deviation(model: NoiseModel, taus: npt.ArrayLike, statistic: Statistic) -> F
         *(_markov_deviation(term, tau, statistic) for term in model.markov),
         *(_sinusoid_deviation(term, tau, statistic) for term in model.sinusoid),
     )
-    # hypot, not the root of a sum of squares: coefficients of any size keep from overflow.
+    # hypot does not overflow, unlike the root of a sum of squares.
     return reduce(np.hypot, terms)
 
 
@@ -143,17 +145,17 @@ def _sinusoid_deviation(term: Sinusoid, tau: Floats, statistic: Statistic) -> Fl
 
 
 def _markov_deviation(term: Markov, tau: Floats, statistic: Statistic) -> Floats:
-    """Return q_c T_c / sqrt(tau) times the root of `_growth` over x, x = tau / T_c.
+    """Return q_c T_c / sqrt(tau) times the root of `_growth` at x = tau / T_c.
 
-    Over a time t the angle gains a mean square of q_c^2 T_c^3 (u - 1 + exp(-u)), u = t / T_c:
-    twice the integral of the autocovariance. Its weighted sum is the variance.
+    In a time t the mean square change of the angle is q_c^2 T_c^3 (u - 1 + exp(-u)), u = t / T_c.
+    This is twice the integral of the autocovariance. Its weighted sum is the variance.
     """
     x = tau / term.time
     return term.amplitude * term.time / np.sqrt(tau) * np.sqrt(_growth(x, statistic.squares) / x)
 
 
 def _growth(x: Floats, weights: tuple[float, ...]) -> Floats:
-    """Return sum_k w_k (k x - 1 + exp(-k x)); its terms below x^3 cancel, so as a series there."""
+    """Return sum_k w_k (k x - 1 + exp(-k x)), as a series for small x."""
     steps = np.arange(1, len(weights) + 1)
     powers = np.arange(3, _SERIES_ORDER)
     factors = [

@@ -1,7 +1,12 @@
-"""From a record to its calibration: rests, turns between them, one fit, and its assessment.
+"""From a record to its calibration: rests, rotations between them, one fit, and its assessment.
 
-``sensors`` are the samples, ``rests`` and ``turns`` what is found in them, ``starts`` what is
-believed before; ``joint_fit`` and ``g_sensitivity`` are the mathematics, ``expected`` what the fit
-may err by, ``solution`` decides what is fitted, ``assessment`` checks its validity,
-``assembly`` makes the result, and ``steps`` is the way through all of them.
+- ``sensors``: the samples.
+- ``rests``, ``turns``: intervals found in the samples.
+- ``priors``: start values of the fit.
+- ``joint_fit``, ``g_sensitivity``: the mathematics.
+- ``expected_errors``: errors expected of a fit.
+- ``solution``: choice of the fitted parameters.
+- ``assessment``: validity of the result.
+- ``assembly``: the result.
+- ``steps``: all steps in order.
 """

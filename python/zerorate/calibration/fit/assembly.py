@@ -1,4 +1,4 @@
-"""A solution as the calibration that users have: raw units, names, errors by rest and turn."""
+"""Conversion of a solution to a `Calibration`: raw units, names, errors by rest and rotation."""
 
 from __future__ import annotations
 
@@ -41,17 +41,17 @@ class Case:
     Parameters
     ----------
     record
-        What is fitted.
+        Record to fit.
     rests, turns
-        All of them.
+        All rests and all rotations.
     gravity
         Local gravity, m/s^2.
     notes
-        What was assumed.
+        Assumptions, one sentence each.
     temperature
-        Mean of the recording, degC, or None.
+        Mean temperature of the recording, degC; None if unknown.
     origin
-        Where the samples come from.
+        Source of the samples.
     """
 
     record: Record
@@ -65,7 +65,7 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class _Errors:
-    """Errors at the rests and turns that were used."""
+    """Errors at the used rests and rotations."""
 
     norms: Floats
     misses: Floats
@@ -78,7 +78,7 @@ class _Errors:
 def assemble_calibration(
     case: Case, prior: Prior, solution: Solution, problems: Sequence[str]
 ) -> Calibration:
-    """Return the calibration of a solution; `problems` are those known before the fit."""
+    """Return the calibration of a solution; `problems` are known before the fit."""
     record = case.record
     errors = _collect_errors(record, prior, solution)
     rests, turns = _complete_rests(case, solution, errors), _complete_turns(case, solution, errors)
@@ -151,7 +151,7 @@ def _complete_rests(case: Case, solution: Solution, errors: _Errors) -> list[Res
 
 
 def _complete_turns(case: Case, solution: Solution, errors: _Errors) -> list[Turn]:
-    """Return all turns; used ones with angle, axis and residual."""
+    """Return all rotations; used ones with angle, axis and residual."""
     vectors = to_rotation_vectors(from_matrices(errors.rotations))
     fitted = iter(zip(vectors, errors.misses, errors.raw_misses, solution.fit.weights, strict=True))
     turns = []
@@ -172,7 +172,7 @@ def _complete_turns(case: Case, solution: Solution, errors: _Errors) -> list[Tur
 
 
 def _parameter_values(case: Case, solution: Solution) -> Floats:
-    """Return the 33 parameters in the units that users have."""
+    """Return the 33 parameters in the units of the result."""
     fit, rest, (accel, gyro) = solution.fit, solution.rest, (case.record.accel, case.record.gyro)
     values = np.zeros(33)
     values[ACCEL_MATRIX] = fit.accel.ravel() / _force_unit(case)
@@ -184,7 +184,7 @@ def _parameter_values(case: Case, solution: Solution) -> Floats:
 
 
 def _force_unit(case: Case) -> float:
-    """Return gravity in the unit that corrected samples have in the fit."""
+    """Return gravity in the fit's unit of corrected samples."""
     return 1.0 if case.record.accel.known else case.gravity
 
 
@@ -217,7 +217,7 @@ def _find_identifiable(solution: Solution) -> Booleans:
     known = np.ones(33, dtype=bool)
     known[ACCEL_MATRIX][3 * LOWER_TRIANGLE[:, 0] + LOWER_TRIANGLE[:, 1]] = solution.identifiable[:6]
     known[ACCEL_BIAS] = solution.identifiable[6:9]
-    # An element of W hangs on that of M in its place, or where the axes are permuted to.
+    # An element of W depends on the element of M at its index, or at the permuted index.
     axes = np.abs(solution.fit.gyro)
     axes = (axes > 0.5 * axes.max()).astype(float)
     undetermined = (~solution.identifiable[9:]).reshape(3, 3).astype(float)

@@ -26,29 +26,32 @@ _DEG: Final = math.pi / 180.0
 _AXES: Final = "xyz"
 _MIN_SCALE: Final = 0.8
 _MAX_SCALE: Final = 1.25
-"""Four standard deviations of a data sheet's: beyond them a unit or a range is mistaken."""
+"""Largest scale of a sensor relative to its unit; a scale beyond the limits means a mistaken unit
+or range. The limits are about four standard deviations of a data sheet from 1.
+"""
 
 _MAX_OUTLIER_SHARE: Final = 1 / 3
-"""Of the turns: a knock makes a few."""
+"""Largest share of the rotations that may be outliers: a knock affects few."""
 
 
 _MIN_TURN_RAD: Final = 10 * _DEG
-"""Smaller ones miss by noise more than by parts of their angle."""
+"""Smallest rotation for the share of its angle: noise dominates smaller ones."""
 
 _MAX_MOVING_SHARE: Final = 1 / 3
-"""Of the rests. Motion in a few of them is an error of each; one that most have in common, as by a
-table that gives way, looks like an error of the sensors."""
+"""Largest share of the rests that may contain motion. Motion in a few rests affects only these
+rests. Motion in most rests, as on a table that gives way, looks like an error of the sensors.
+"""
 
 _MIN_REST_S: Final = 3.0
-"""s, below which longer rests are advised."""
+"""Length of rests, s, below which longer rests are advised."""
 
 _MIN_POSES: Final = 12
 _MAX_TURN_RAD: Final = 170 * _DEG
 _ADVISED_POSE_SIGMA: Final = 1e-3
-"""Of |f|/g in a pose that is advised: a modest sensor's in five seconds."""
+"""Standard error of |f|/g assumed for an advised pose: a modest sensor averaged over 5 s."""
 
 _MAX_UNUSED_SHARE: Final = 0.1
-"""Part of the turns that may be left out for one reason without advice on it."""
+"""Share of rotations left out for one reason above which advice is given."""
 
 _ADVICE_BY_REASON: Final = {
     SATURATED: "rotate more slowly: the gyro reached its range",
@@ -57,11 +60,13 @@ _ADVICE_BY_REASON: Final = {
 }
 _MIN_POSE_SPREAD_RAD: Final = 60 * _DEG
 _MAX_VERTICAL_COSINE: Final = 0.95
-"""Cosine to the vertical, 18 degrees: such turns move gravity by a third of themselves at most."""
+"""Cosine between rotation axis and vertical, 18 degrees: rotations nearer to the vertical move
+gravity by at most a third of their angle.
+"""
 
 
 def describe_gyro_axes(axes: Floats) -> str:
-    """Return a sentence on a gyro whose axes are a signed permutation of those expected."""
+    """Return a sentence on a gyro with permuted or inverted axes."""
     axis_names = ", ".join(_signed_axis_name(row) for row in axes)
     if np.linalg.det(axes) < 0:
         return (
@@ -92,18 +97,18 @@ def find_problems(
     Parameters
     ----------
     fit
-        What was found.
+        Result of the fit.
     known_units
         True for a known unit, of the accelerometer and of the gyro.
     identifiable
-        Of the names of all parameters, shape (33,).
+        Mask of all parameters that the record determines, shape (33,).
     rests, turns
-        Those that the fit used, with direction, angle and axis.
+        Rests and rotations of the fit, with direction, angle and axis.
     errors
-        |f|/g - 1 and misses of carried gravity, rad, held out if there are enough.
+        |f|/g - 1 and error angles of propagated gravity, rad; held out if there are enough rests.
     """
     still = errors[0][[not rest.reason for rest in rests]]
-    # What is not known stays where it was, and |f| is wrong by that.
+    # An unknown parameter keeps its prior value, so |f| is wrong by its error.
     norms = still if identifiable[:12].all() else np.zeros(0)
     problems = _scale_problems(fit, known_units) + _size_problems(
         norms, errors[1], turns, fit.weights
@@ -122,7 +127,7 @@ def find_problems(
 
 
 def _scale_problems(fit: Fit, known_units: tuple[bool, bool]) -> list[str]:
-    """Return the faults of the determinants: a fit may be perfect at a scale of zero."""
+    """Return problems of the determinants: a fit may be perfect at a scale of zero."""
     problems = []
     for name, matrix, known in (
         ("accelerometer", fit.accel, known_units[0]),
@@ -148,7 +153,7 @@ def _size_problems(
             "samples are wrong"
         )
     if len(misses):
-        # A knock makes one turn bad, and not the others.
+        # A knock affects a single rotation.
         miss = float(np.median(misses))
         if miss > MAX_MISS_SHARE * max(
             float(np.median([turn.angle for turn in turns])), _MIN_TURN_RAD
@@ -164,7 +169,7 @@ def _size_problems(
 
 
 def _explain_undetermined(rests: Sequence[Rest], turns: Sequence[Turn]) -> list[str]:
-    """Return the property of poses and rotations that hides parameters."""
+    """Return the property of poses and rotations that leaves parameters undetermined."""
     up = np.array([rest.direction for rest in rests])
     spread = float(np.arccos((up @ up.T).clip(-1.0, 1.0)).max())
     causes = []
@@ -186,16 +191,16 @@ def _pair_directions(rests: Sequence[Rest], turns: Sequence[Turn]) -> list[tuple
 def give_advice(
     fit: Fit, prior: Prior, rests: Sequence[Rest], turns: Sequence[Turn], unused: Sequence[str]
 ) -> list[str]:
-    """Return advice for another record, for a person with the sensor in hand.
+    """Return advice for the next record, for a person who holds the sensor.
 
     Parameters
     ----------
     fit, prior
-        What was found, and what was known.
+        Result of the fit, and its prior.
     rests, turns
-        All of them.
+        All rests and all rotations.
     unused
-        Why turns were not used: kinds of reasons.
+        Kinds of reasons why rotations were not used.
     """
     used = [rest for rest in rests if rest.used]
     advice = [f"hold {pose} up for five seconds" for pose in _advise_poses(fit)]
@@ -217,9 +222,9 @@ def give_advice(
 
 
 def _advise_poses(fit: Fit) -> list[str]:
-    """Return the axes to hold up so that the scale of gravity is known in all directions.
+    """Return the axes to hold up for a known scale of gravity in all directions.
 
-    One after the other, the direction that is known worst is taken to be measured.
+    Repeatedly add a simulated measurement in the least known direction.
     """
     covariance = fit.covariance[:9, :9].copy()
     ups = np.concatenate((np.eye(3), -np.eye(3)))
@@ -237,7 +242,7 @@ def _advise_poses(fit: Fit) -> list[str]:
 
 
 def _advise_turns(fit: Fit, prior: Prior) -> list[str]:
-    """Return the axes about which turns are known too badly, worst first."""
+    """Return the axes with badly known rotations, worst first."""
     _, size = prior.sizes
     sigmas = turn_sigmas(fit, size)
     order = np.argsort(-sigmas)

@@ -1,4 +1,4 @@
-"""Errors expected of a fit, from its covariance: size of gravity, and angle of a rotation."""
+"""Errors expected of a fit, from its covariance: length of gravity, and angle of a rotation."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from zerorate.calibration.fit.joint_fit import LOWER_TRIANGLE, Fit
 from zerorate.types import Floats
 
 MAX_NORM_ERROR: Final = 10e-3
-"""RMS of |f|/g - 1 at rests beyond which a calibration is not valid."""
+"""Largest RMS of |f|/g - 1 at rests of a valid calibration."""
 
 MAX_MISS_SHARE: Final = 0.03
-"""Miss of carried gravity, parts of the angle turned, likewise."""
+"""Largest error angle of propagated gravity in a valid calibration, as a share of the rotation."""
 
 MAX_POSE_SIGMA: Final = 5e-3
-"""Standard error of |f|/g in a pose beyond which that pose is requested."""
+"""Standard error of |f|/g in a pose above which that pose is advised."""
 
 MAX_TURN_SIGMA_RAD: Final = 10e-3
-"""Standard error of a turn by a right angle, rad, likewise."""
+"""Standard error of a rotation by a right angle above which it is advised, rad."""
 
 
 def norm_jacobian(accel: Floats, up: Floats) -> Floats:
-    """Return the derivatives of |f|/g by A and b_a in some directions, up to sign, shape (n, 9)."""
+    """Return the derivatives of |f|/g by A and b_a, up to sign, shape (n, 9)."""
     levers = up @ np.linalg.inv(accel)
     return np.concatenate(
         (levers[:, LOWER_TRIANGLE[:, 0]] * up[:, LOWER_TRIANGLE[:, 1]], levers), axis=1
@@ -31,7 +31,7 @@ def norm_jacobian(accel: Floats, up: Floats) -> Floats:
 
 
 def turn_sigmas(fit: Fit, size: float) -> Floats:
-    """Return the standard errors of turns by a right angle about the gyro's axes, rad, (3,).
+    """Return the standard errors of right-angle rotations about the gyro's axes, rad, (3,).
 
     `size` is the scale of M, rad/s per unit of the gyro.
     """
@@ -40,18 +40,18 @@ def turn_sigmas(fit: Fit, size: float) -> Floats:
 
 
 def is_expected_valid(fit: Fit, up: Floats, size: float) -> bool:
-    """Return True if a fit is expected to stay within half of a valid fit's largest errors.
+    """Return True if the expected errors are at most half of the limits of a valid fit.
 
-    If not, its errors in other poses and turns say nothing of the sensors.
+    If False, errors in other poses and rotations do not characterise the sensors.
 
     Parameters
     ----------
     fit
-        Of some of the rests and turns.
+        Fit of some of the rests and rotations.
     up
-        Directions in the poses that were left out, shape (n, 3).
+        Directions of the poses that were left out, shape (n, 3).
     size
-        Scale of M.
+        Scale of M, rad/s per unit of the gyro.
     """
     rows = norm_jacobian(fit.accel, up)
     variances = np.einsum("ij,jk,ik->i", rows, fit.covariance[:9, :9], rows)

@@ -10,14 +10,15 @@ import numpy as np
 from zerorate.types import Booleans, Floats
 
 G_PRIOR_RAD_S: Final = 0.2 * np.pi / 180.0
-"""Standard deviation of an element before the record, rad/s per gravity: MEMS gyros are given up to
-0.1 deg/s/g, and some go beyond."""
+"""Prior standard deviation of an element of G, rad/s per gravity: data sheets of MEMS gyros state
+up to 0.1 deg/s/g, and some sensors exceed this.
+"""
 
 _MAX_SIGMA_RATIO: Final = 0.3
 _MIN_NOISE_RAD_S: Final = 1e-9
 _PINNED_SIGMA_RATIO: Final = 1e-6
 _WALK_VARIANCES: Final = np.concatenate(([0.0], np.geomspace(0.01, 1e4, 13)))
-"""Walk within the mean time between rests, variance over that of the mean at a rest."""
+"""Variances of the walk within the mean time between rests, over the variance of a rest's mean."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,15 +28,16 @@ class RestEstimate:
     Parameters
     ----------
     bias, sensitivity
-        Mean bias of the record, unit of the gyro, shape (3,), and G, the same per gravity, (3, 3).
+        Mean bias of the record, unit of the gyro, shape (3,); and G, unit of the gyro per gravity,
+        shape (3, 3).
     covariance
-        Of each axis's bias and its row of G, shape (3, 4, 4).
+        Covariance of each axis' bias and its row of G, shape (3, 4, 4).
     spread
         Standard deviation of the bias about its mean over the record, shape (3,).
     identifiable
         Mask of the elements of G that the record determines, shape (3, 3).
     sigmas
-        Standard errors of G, those of the prior where nothing is known, shape (3, 3).
+        Standard errors of G, shape (3, 3); the prior's where the record has no information.
     """
 
     bias: Floats
@@ -71,31 +73,32 @@ def estimate_at_rest(
     size: float,
     with_g: bool,
 ) -> RestEstimate:
-    """Return bias and G that explain the means at rests best.
+    """Return the bias and G with the best fit to the means at rest.
 
     Parameters
     ----------
     means, variances
-        Of the gyro at rests and their white noise, shape (n, 3).
+        Means of the gyro at rests, and variances of their white noise, shape (n, 3).
     rounding
-        Variance that rounding leaves in each mean, shape (3,). At one rate all means are rounded
-        the same way: it is that of the bias, too, whatever the number of rests.
+        Variance that rounding leaves in each mean, shape (3,). At one rate all means are rounded in
+        the same way, so more rests do not reduce it.
     times
-        Of the middles of the rests, s, shape (n,).
+        Times of the middles of the rests, s, shape (n,).
     directions
-        Of the reaction to gravity, shape (n, 3).
+        Directions of the reaction to gravity, shape (n, 3).
     size
         Unit of the gyro per rad/s.
     with_g
-        True if G is estimated; else it is zero.
+        True to estimate G; otherwise G is zero.
 
     Notes
     -----
-    Generalised least squares of ``mean = b + G u + random walk + white noise``. The strength of the
-    walk is integrated over its restricted likelihood: ten rests hardly determine it to a decade.
+    Generalised least squares of ``mean = b + G u + random walk + white noise``. Ten rests determine
+    the strength of the walk to a decade at best, so it is integrated over its restricted
+    likelihood.
     """
     walk = _centred_walk_covariance(times)
-    # A constant has no noise, and would have no bounds.
+    # A constant has no noise and would give zero errors.
     variances = np.maximum(variances, (_MIN_NOISE_RAD_S * size) ** 2)
     free = np.full((3, 3), with_g)
     prior = np.where(free, G_PRIOR_RAD_S * size, _PINNED_SIGMA_RATIO * G_PRIOR_RAD_S * size)
@@ -103,7 +106,7 @@ def estimate_at_rest(
     sigmas = np.sqrt([np.diagonal(covariance)[1:] for _, covariance, _ in axes])
     known = sigmas <= _MAX_SIGMA_RATIO * G_PRIOR_RAD_S * size
     if with_g and not known.all():
-        # The remaining estimates are of a sensor without those elements.
+        # The other elements are estimated with these elements at zero.
         pinned = np.where(known, prior, _PINNED_SIGMA_RATIO * prior)
         axes = [
             _fit_axis(means[:, k], variances[:, k], directions, walk, pinned[k]) for k in range(3)
@@ -120,7 +123,7 @@ def estimate_at_rest(
 
 
 def _centred_walk_covariance(times: Floats) -> Floats:
-    """Return the covariance of a random walk about its mean, one a mean step, shape (n, n)."""
+    """Return the covariance of a random walk about its mean, with unit mean step, shape (n, n)."""
     since = times - times[0]
     step = max(float(since[-1]) / max(len(times) - 1, 1), 1e-300)
     covariance = np.minimum.outer(since, since) / step

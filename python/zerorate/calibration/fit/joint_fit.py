@@ -1,4 +1,4 @@
-"""One least-squares fit of both sensors to rests and turns, with the covariance of all."""
+"""One least-squares fit of both sensors to rests and rotations, with one covariance."""
 
 from __future__ import annotations
 
@@ -16,54 +16,58 @@ LOWER_TRIANGLE: Final = np.array([(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)
 _BIAS: Final = slice(6, 9)
 _GYRO: Final = slice(9, 18)
 _SENSOR_PARAMETERS: Final = 18
-"""Parameters of the sensors: A, b_a, M. Two for each rest follow, the tilt of its direction."""
+"""Number of parameters of the sensors: A, b_a, M. Two tilts of each rest follow them."""
 
 _MAX_STEPS: Final = 25
 _VARIANCE_STEPS: Final = 12
-"""Steps after which the variances stay fixed: they and the weights of turns could oscillate."""
+"""Number of steps after which variances stay fixed: with the weights they could oscillate."""
 
 _PRIOR_RESIDUALS: Final = (10.0, 1.0)
-"""Residuals assumed to agree with the first guess at both variances."""
+"""Number of residuals assumed to agree with the first guess of each variance."""
 
 _MAX_LOG_CHANGE: Final = 1.0
-"""Change of the logarithm of a variance in a step."""
+"""Largest change of the logarithm of a variance in one step."""
 
 _HUBER_SIGMAS: Final = 2.5
-"""Standard errors of a turn beyond which it counts less: one good turn of twenty."""
+"""Error of a rotation, in standard errors, above which its weight is reduced: one good rotation in
+twenty.
+"""
 
 _MAX_STEP_SIZE: Final = 0.5
-"""Of a tilt, rad, or of a matrix or bias, parts of the scale of its sensor."""
+"""Largest step: of a tilt in rad, of a matrix or bias as a share of its sensor's scale."""
 
 _CONVERGED_SIGMAS: Final = 0.01
-"""Step, in standard errors, after which there is nothing to be gained."""
+"""Largest step of a parameter, in standard errors, at which the iteration ends."""
 
 _MIN_TURN_ERROR_RAD: Final = 1e-6
-"""Of a turn, rad, in records that have no noise."""
+"""Smallest standard error of a rotation, rad, for records without noise."""
 
 _MAX_LINEAR_CHANGE: Final = 1e-3
-"""Change of M, parts of its largest element, up to which a turn follows its derivative: what that
-misses is the square of it."""
+"""Change of M, as a share of its largest element, up to which rotations are linearised. The error
+is of second order.
+"""
 
 _PINNED_SIGMA_RATIO: Final = 1e-6
-"""Of its prior's error: that of a parameter that must not move."""
+"""Standard deviation of a pinned parameter, as a share of its prior standard deviation."""
 
 _ERROR_PER_ANGLE: Final = 5e-4
-"""First guess at what a turn errs by beyond noise, parts of its angle."""
+"""First guess of a rotation's error beyond noise, as a share of its angle."""
 
 
 MAX_SIGMA_RATIO: Final = 0.3
-"""A parameter is identifiable if its standard error is below this part of a data sheet's."""
+"""Largest standard error of an identifiable parameter, as a share of the data sheet's."""
 
 
 class Spread(NamedTuple):
-    """Standard deviations of a sensor from its prior.
+    """Standard deviations of a sensor's parameters about the prior.
 
     Parameters
     ----------
     scale, cross
-        Of the diagonal of its matrix and of the other elements, parts of the scale.
+        Standard deviations of the matrix's diagonal and of its other elements, as shares of the
+        scale.
     bias
-        Of an accelerometer, parts of gravity.
+        Standard deviation of an accelerometer's bias, as a share of gravity.
     """
 
     scale: float
@@ -72,10 +76,10 @@ class Spread(NamedTuple):
 
 
 DATASHEET_SPREAD: Final = Spread(0.05, 0.03, 0.1)
-"""Values from data sheets of MEMS sensors."""
+"""Standard deviations from data sheets of MEMS sensors."""
 
 WIDE_SPREAD: Final = Spread(0.5, 0.5, 0.5)
-"""Sensors of which not even the unit is known."""
+"""Standard deviations of sensors with an unknown unit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,15 +89,14 @@ class Prior:
     Parameters
     ----------
     accel, gyro
-        A, lower triangular, in the unit of the accelerometer per gravity; M, rad/s per unit of the
+        A, lower triangular, unit of the accelerometer per gravity; and M, rad/s per unit of the
         gyro; shape (3, 3).
     bias
-        Of the accelerometer, its unit, shape (3,).
+        Bias of the accelerometer, in its unit, shape (3,).
     accel_spread, gyro_spread
-        Standard deviations of the diagonal of each matrix and of its other elements, parts of the
-        scale, and of the bias of the accelerometer, parts of gravity.
+        Standard deviations of the parameters of each sensor.
     pinned
-        Which of the parameters must not move, shape (18,); default none.
+        Mask of the parameters that must stay, shape (18,). Default: none.
     """
 
     accel: Floats
@@ -116,7 +119,7 @@ class Prior:
 
     @property
     def units(self) -> Floats:
-        """Return the scale of the sensor that each parameter is of, shape (18,)."""
+        """Return the scale of the sensor of each parameter, shape (18,)."""
         accel, gyro = self.sizes
         return np.repeat([accel, gyro], [_BIAS.stop, _SENSOR_PARAMETERS - _BIAS.stop])
 
@@ -132,7 +135,7 @@ class Prior:
 
     @property
     def datasheet(self) -> Floats:
-        """Return the standard deviations that a data sheet promises, shape (18,)."""
+        """Return the standard deviations from data sheets, shape (18,)."""
         return self._spreads(DATASHEET_SPREAD, DATASHEET_SPREAD)
 
     def _spreads(self, of_accel: Spread, of_gyro: Spread) -> Floats:
@@ -150,17 +153,17 @@ class Observations:
     Parameters
     ----------
     means, sigmas
-        Of the accelerometer at rests, and their standard errors, shape (n, 3).
+        Means of the accelerometer at rests, and their standard errors, shape (n, 3).
     pairs
-        Rest before and after each turn, shape (m, 2).
+        Indices of the rests before and after each rotation, shape (m, 2).
     seconds, averaging_time
-        Length of each turn, and of the rests that its bias is the mean of, s, shape (m,).
+        Length of each rotation, and averaging time of its bias, s, shape (m,).
     integrate
-        Returns the turns for a matrix M.
+        Function from a matrix M to the rotations.
     white
         Angle random walk of the corrected rate, rad/s/sqrt(Hz).
     rounding_sigma
-        What rounding at rests leaves in the bias of a turn, rad/s.
+        Error that rounding at rests leaves in the bias of a rotation, rad/s.
     """
 
     means: Floats
@@ -175,22 +178,22 @@ class Observations:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """The sensors as fitted, and the residuals.
+    """Fitted sensors and their residuals.
 
     Parameters
     ----------
     accel, bias, gyro
         A, b_a and M.
     directions
-        Of gravity's reaction in each rest, unit vectors, shape (n, 3).
+        Directions of the reaction to gravity at each rest, unit vectors, shape (n, 3).
     covariance
-        Of the elements of A (6), b_a (3) and M (9, row by row), shape (18, 18).
+        Covariance of the elements of A (6), b_a (3) and M (9, row by row), shape (18, 18).
     factors
-        Found over assumed standard deviation of rests and of turns.
+        Estimated over assumed standard deviation, for rests and for rotations.
     weights
-        Weight of each turn: 1, and less for outliers.
+        Weight of each rotation: 1, or less for outliers.
     turn_rotations
-        The turns.
+        Integrated rotations.
     """
 
     accel: Floats
@@ -219,7 +222,7 @@ def _unpack(values: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def forces(means: Floats, accel: Floats, bias: Floats) -> Floats:
-    """Return the specific force, parts of gravity, at rests, shape (n, 3)."""
+    """Return the specific force at rests, in units of gravity, shape (n, 3)."""
     return np.asarray(np.linalg.solve(accel, (means - bias).T).T)
 
 
@@ -230,13 +233,13 @@ def directions(means: Floats, accel: Floats, bias: Floats) -> Floats:
 
 
 def vector_norms(vectors: Floats) -> Floats:
-    """Return the lengths of vectors, never zero, shape (n,)."""
+    """Return the lengths of vectors, with a positive minimum, shape (n,)."""
     return np.asarray(np.maximum(np.linalg.norm(vectors, axis=1), np.finfo(float).tiny))
 
 
 def _tangents(u: Floats) -> Floats:
-    """Return two unit vectors across each direction, shape (n, 3, 2)."""
-    # Across the axis that is farthest from the direction, so that no product is small.
+    """Return two unit vectors perpendicular to each direction, shape (n, 3, 2)."""
+    # The cross product with the axis farthest from the direction is never small.
     axis = np.eye(3)[np.abs(u).argmin(axis=1)]
     first = np.cross(u, axis)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
@@ -254,29 +257,29 @@ class _State:
 
 
 def joint_fit(observations: Observations, prior: Prior, start: Fit | None = None) -> Fit:
-    """Return the sensors that fit rests and turns best.
+    """Return the sensors with the best fit to rests and rotations.
 
     Parameters
     ----------
     observations
-        Rests and turns.
+        Rests and rotations.
     prior
-        Prior; also the start, unless there is a better one.
+        Prior, and start values if `start` is None.
     start
-        An earlier fit to start at, of other rests and turns too.
+        Earlier fit to start from; it may be a fit of other rests and rotations.
 
     Notes
     -----
-    Gauss-Newton on ``(mean - b - A u) / sigma`` of each rest and, across u, on ``u_after - P.T
-    u_before`` of each turn, of which the variance is that of white noise and of a part of the
-    angle. What both groups' errors are of those assumed is found with the rest, by Fisher scoring
-    on the restricted likelihood; a few assumed residuals, and no change after twelve steps, keep
-    it from wandering. Turns have Huber's weights.
+    Gauss-Newton minimises two groups of residuals: ``(mean - b - A u) / sigma`` of each rest, and
+    ``u_after - P.T u_before`` of each rotation, perpendicular to u. The variance of a rotation is
+    the sum of white noise and a share of the angle. One variance factor per group is estimated
+    together with the parameters, by Fisher scoring on the restricted likelihood. A few assumed
+    residuals, and fixed factors after twelve steps, keep it stable. Rotations have Huber's weights.
     """
     state = _start_state(observations, prior, start)
     anchor = _Anchor.at(observations, _unpack(state.values)[2])
     turn_rotations = anchor.turn_rotations
-    # The angles hardly change from step to step, and must not: they are weights.
+    # The angles serve as weights, so they stay fixed during the iteration.
     noise = _turn_variances(observations, turn_rotations)
     units = np.append(prior.units, np.ones(2 * len(observations.means)))
     inverse: Floats = np.zeros((_SENSOR_PARAMETERS, _SENSOR_PARAMETERS))
@@ -307,7 +310,7 @@ def joint_fit(observations: Observations, prior: Prior, start: Fit | None = None
 
 @dataclass(frozen=True, eq=False)
 class _Anchor:
-    """The turns for one matrix M, from which those for others near it follow."""
+    """Rotations for one matrix M, linearised for nearby matrices."""
 
     matrix: Floats
     turn_rotations: TurnRotations
@@ -317,7 +320,7 @@ class _Anchor:
         return cls(matrix, observations.integrate(matrix))
 
     def update(self, observations: Observations, matrix: Floats) -> tuple[_Anchor, TurnRotations]:
-        """Return the turns for another matrix, and the start for the next time."""
+        """Return the rotations for another matrix, and the anchor for the next call."""
         change = matrix - self.matrix
         if np.abs(change).max() > _MAX_LINEAR_CHANGE * np.abs(matrix).max():
             fresh = _Anchor.at(observations, matrix)
@@ -339,7 +342,7 @@ def _start_state(observations: Observations, prior: Prior, start: Fit | None) ->
 
 
 def _turn_variances(observations: Observations, turn_rotations: TurnRotations) -> Floats:
-    """Return the variance of each turn by white noise and by its angle, shape (m, 2)."""
+    """Return the variances of each rotation from white noise and from its angle, shape (m, 2)."""
     white = (
         observations.white**2
         * observations.seconds
@@ -354,8 +357,8 @@ def _turn_variances(observations: Observations, turn_rotations: TurnRotations) -
 class _System:
     """Normal equations, and the sums for the variances of both groups.
 
-    Of the rows of each group, in sigmas: the residuals, the part of the variance that is scaled,
-    and the derivatives.
+    For each group the rows hold the residuals, the scaled part of the variance, and the
+    derivatives, all divided by the standard errors.
     """
 
     normal: Floats
@@ -430,7 +433,7 @@ def _turn_rows(
     propagated = np.einsum("mab,mb->ma", back, state.directions[before])
     across = tangents[after].transpose(0, 2, 1)
     rows = np.zeros((m, 2, _SENSOR_PARAMETERS + 2 * len(observations.means)))
-    # [u]x psi across e is psi . (e x u).
+    # The component of [u]x psi along e is psi . (e x u).
     levers = np.cross(across, propagated[:, np.newaxis])
     rows[:, :, _GYRO] = levers @ turn_rotations.by_matrix.reshape(m, 3, 9)
     turn = np.arange(m)
@@ -445,7 +448,7 @@ def _turn_rows(
 
 
 def _invert_scaled(normal: Floats) -> Floats:
-    """Return the inverse of a positive definite matrix whose parameters differ in unit."""
+    """Return the inverse of a positive definite matrix of parameters with different units."""
     size = np.sqrt(np.diagonal(normal))
     inverse = np.linalg.inv(normal / np.outer(size, size)) / np.outer(size, size)
     return np.asarray((inverse + inverse.T) / 2.0)
@@ -454,7 +457,7 @@ def _invert_scaled(normal: Floats) -> Floats:
 def _rescale_variances(
     system: _System, inverse: Floats, step_taken: Floats, squares: Floats
 ) -> Floats:
-    """Return the scale of both variances after a step of Fisher scoring on their logarithms."""
+    """Return the scales of both variances after one Fisher scoring step of their logarithms."""
     score, information = np.zeros(2), np.zeros((2, 2))
     hats = []
     for k, (residuals, share, rows) in enumerate(system.groups):
@@ -464,7 +467,7 @@ def _rescale_variances(
         residuals = residuals - rows @ step_taken
         score[k] = (share * residuals) @ residuals - share.sum() + np.trace(hat)
         score[k] += _PRIOR_RESIDUALS[k] * (1.0 / squares[k] - 1.0)
-        # The trace of a product of symmetric matrices, without the product.
+        # This is the trace of a product of symmetric matrices, without computing the product.
         twice = float((inverse * (shared.T @ shared)).sum())
         information[k, k] = (
             share @ share - 2.0 * twice + _PRIOR_RESIDUALS[k] * max(1.0, 1.0 / squares[k])

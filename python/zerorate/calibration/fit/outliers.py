@@ -1,4 +1,4 @@
-"""Outliers: samples far from all others around them, while the sensor is still."""
+"""Outliers: samples far from all their neighbours, while the sensor is still."""
 
 from __future__ import annotations
 
@@ -9,33 +9,37 @@ import numpy as np
 from zerorate.types import Floats, Integers
 
 _NEIGHBOURS: Final = 5
-"""Samples on either side that one is compared with."""
+"""Number of samples on either side that a sample is compared with."""
 
 _MIN_OUTLIER_SPREADS: Final = 20.0
-"""Spreads of those by which it is off: noise comes to three, a knock lasts for several samples."""
+"""Distance of an outlier from its neighbours, in spreads of these neighbours. Noise reaches three
+spreads; a knock lasts for several samples.
+"""
 
 _MAX_STILL_SPREADS: Final = 4.0
-"""Spreads of noise up to which those are still: what is odd in a turn may be the turn."""
+"""Largest spread of the neighbours of an outlier, in spreads of noise: in motion an odd sample may
+be real.
+"""
 
 _QUIET_PERCENTILE: Final = 20
-"""Percentile of the bends of a record: most of one is in motion, and noise bends it least."""
+"""Percentile of the bends of a record that measures noise: motion bends the record more."""
 
 _QUIET_BEND_SIGMAS: Final = 0.31
-"""That percentile of the bends of white noise, in standard deviations of it."""
+"""The same percentile for white noise, in its standard deviations."""
 
 _NOISE_RANGE_SIGMAS: Final = 2.0
-"""Range of all but the ends of ten samples of noise, in its standard deviations."""
+"""Range of ten samples of noise without the two extremes, in standard deviations of the noise."""
 
 
 def find_outliers(data: Floats, step: Floats) -> Integers:
-    """Return the samples of which an axis is far from those before and after it, in a rest.
+    """Return the indices of samples at rest with an axis far from its neighbours.
 
     Parameters
     ----------
     data : ndarray of float64, shape (n, k)
-        NaN where missing; none of these, nor their neighbours, is an outlier.
+        Samples, NaN where missing. Missing samples and their neighbours are never outliers.
     step : ndarray of float64, shape (k,)
-        Between neighbouring values of each axis.
+        Step between neighbouring values of each axis.
     """
     outliers = [
         _find_axis_outliers(axis, float(least)) for axis, least in zip(data.T, step, strict=True)
@@ -55,7 +59,7 @@ def _find_axis_outliers(axis: Floats, step: float) -> Integers:
         _NOISE_RANGE_SIGMAS / _QUIET_BEND_SIGMAS * float(np.percentile(finite, _QUIET_PERCENTILE)),
         step,
     )
-    # Even next to another outlier it bends the curve by half of its error.
+    # Even next to another outlier, an outlier bends the curve by half of its error.
     candidates = 1 + np.flatnonzero(bends > 0.4 * _MIN_OUTLIER_SPREADS * noise)
     candidates = np.concatenate(([0], candidates, [axis.size - 1]))
     first = np.clip(candidates - _NEIGHBOURS, 0, axis.size - width)
@@ -64,7 +68,7 @@ def _find_axis_outliers(axis: Floats, step: float) -> Integers:
         -1, width - 1
     )
     neighbours.sort(axis=1)
-    # Without the ends, one of which may be an outlier, too.
+    # The extremes are left out, because one of them may be another outlier.
     spread = neighbours[:, -2] - neighbours[:, 1]
     distance = np.abs(axis[candidates] - neighbours[:, _NEIGHBOURS])
     is_outlier = (spread <= _MAX_STILL_SPREADS * noise) & (

@@ -29,26 +29,27 @@ _MAX_SCALE_RATIO: Final = 1.5
 """Largest ratio between the scales of an accelerometer's axes."""
 
 _MIN_SPREAD: Final = 0.02
-"""Of poses, parts of what they show; and in the direction in which they differ least, parts of that
-in which they differ most."""
+"""Smallest spread of the poses as a share of their size, and smallest ratio of their spreads in the
+worst and the best direction.
+"""
 
 _GRAVITY_RANGE: Final = (0.8, 1.2)
-"""Of the accelerometer at rest, parts of gravity, in its right unit."""
+"""Range of the accelerometer's size at rest if its unit is right, in units of gravity."""
 
 _SIGN_CHOICES: Final = tuple(product((1.0, -1.0), repeat=3))
 
 _MAX_MISS_SHARE: Final = 0.15
-"""Miss of carried gravity, parts of the angle turned: no sensor of the right axes is so bad."""
+"""Largest error angle of propagated gravity with the right axes, as a share of the rotation."""
 
 
 def choose_prior(record: Record, name: PriorName) -> Prior:
-    """Return the prior of a record's sensors: a data sheet, or estimates from the record itself.
+    """Return the prior of both sensors: a data sheet's, or an estimate from the record.
 
     Raises
     ------
     LogError
-        If poses or turns are too few to find units that are not known, or if the gyro follows
-        gravity only in another unit than its own.
+        If poses or rotations are too few to find unknown units, or the gyro follows gravity only in
+        a different unit.
     """
     accel, bias, gyro = np.eye(3), np.zeros(3), np.eye(3)
     if not record.accel.known:
@@ -65,9 +66,9 @@ def choose_prior(record: Record, name: PriorName) -> Prior:
 
 
 def nominal_sensors(record: Record, prior: Prior) -> Sensors:
-    """Return both sensors before calibration: of one scale each, without errors.
+    """Return both sensors before calibration: one scale each, without errors.
 
-    Of an accelerometer whose unit is not known that is the sphere through the poses.
+    For an accelerometer of unknown unit, the scale follows from the sphere through the poses.
     """
     accel, _ = prior.sizes
     bias, matrix = np.zeros(3), np.eye(3)
@@ -79,7 +80,7 @@ def nominal_sensors(record: Record, prior: Prior) -> Sensors:
 
 
 def _fit_ellipsoid(means: Floats) -> tuple[Floats, Floats]:
-    """Return A and b_a of the ellipsoid through the means at rests, or of the sphere."""
+    """Return A and b_a of the ellipsoid, or else the sphere, through the means at rests."""
     if len(means) < _MIN_POSES:
         raise LogError(
             f"the unit of the accel is not known, and finding it takes {_MIN_POSES} poses, "
@@ -101,7 +102,7 @@ def _fit_ellipsoid(means: Floats) -> tuple[Floats, Floats]:
 
 
 def _fit_sphere(means: Floats) -> tuple[Floats, float]:
-    """Return centre and radius of the sphere through the means at rests."""
+    """Return the centre and radius of the sphere through the means at rests."""
     level = means.mean(axis=0)
     spread = max(float(np.linalg.norm(means - level, axis=1).max()), np.finfo(float).tiny)
     points = (means - level) / spread
@@ -118,7 +119,7 @@ def _fit_sphere(means: Floats) -> tuple[Floats, float]:
 
 
 def _fit_gyro_matrix(record: Record, accel: Floats, bias: Floats) -> Floats:
-    """Return M that turns gravity as it moves: u(t + h) - u(t) is the sum of u x M z dt."""
+    """Return M with the best fit to the motion of gravity, u(t + h) - u(t) = sum of u x M z dt."""
     gyro = record.gyro
     width = max(2, round(_WINDOW_S * gyro.rate))
     level = np.median(record.gyro_means, axis=0)
@@ -155,15 +156,16 @@ def _fit_gyro_matrix(record: Record, accel: Floats, bias: Floats) -> Floats:
 
 
 def _typical_miss(record: Record, matrix: Floats) -> float:
-    """Return the usual miss of carried gravity, parts of the angle, before calibration."""
-    # A wrong unit makes of a turn many: what they miss is bounded, and their angle must be.
+    """Return the median error angle of propagated gravity, as a share of the rotation."""
+    # A wrong unit makes many turns of one. The error angle is bounded, so the angle is bounded
+    # here.
     nominal = Sensors(np.eye(3), np.zeros(3), matrix, np.zeros((3, 3)))
     _, miss, turns = compute_errors(record, nominal)
     return float(np.median(miss / turns.angles.clip(0.1, 2.0)))
 
 
 def _find_axes(record: Record) -> Floats:
-    """Return the axes of the gyro that follow gravity: its own, or else a signed permutation."""
+    """Return the axes of the gyro that follow gravity: its own, or a signed permutation of them."""
     if not record.turns or _typical_miss(record, np.eye(3)) < _MAX_MISS_SHARE:
         return np.eye(3)
     for unit, factor in (("deg/s", np.pi / 180.0), ("rad/s", 180.0 / np.pi)):
@@ -186,12 +188,12 @@ _COUNTS_ADVICE: Final = (
 
 
 def check_gravity(record: Record, gravity: float) -> None:
-    """Refuse an accelerometer that does not show gravity at rest.
+    """Raise LogError if an accelerometer does not show gravity at rest.
 
     Raises
     ------
     LogError
-        It names the unit that would fit.
+        If the size at rest is not gravity; the message names the unit that would fit.
     """
     size = float(np.median(np.linalg.norm(record.accel_means, axis=1)))
     if not record.accel.known or _GRAVITY_RANGE[0] <= size <= _GRAVITY_RANGE[1]:
@@ -210,6 +212,6 @@ def check_gravity(record: Record, gravity: float) -> None:
 
 
 def _gravity_by_unit(gravity: float) -> list[tuple[str, float]]:
-    """Return units and the value of gravity in them."""
+    """Return the units and the value of gravity in each."""
     standard = gravity / STANDARD_GRAVITY
     return [("g", standard), ("m/s^2", gravity), ("mg", 1e3 * standard)]

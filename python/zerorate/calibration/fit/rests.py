@@ -1,4 +1,4 @@
-"""Stretches without motion, found by the variance of both sensors in short windows."""
+"""Static intervals, found by the variance of both sensors in short windows."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from zerorate.record.runs import runs_of_rows
 from zerorate.types import Booleans, Floats, Integers
 
 MAX_VARIANCE_RATIO: Final = 5.0
-"""A window is still if no axis varies more than this many times as at its quietest."""
+"""Largest variance of a still window over the variance of the quietest windows, for each axis."""
 
 _BLOCK_S: Final = 0.1
 _WINDOW_S: Final = 0.5
@@ -28,35 +28,38 @@ _MAX_BREAK_S: Final = 0.4
 _MIN_REST_S: Final = 1.0
 
 _POSE_SIGMA: Final = 0.3e-3
-"""Agreement of two rests in one pose, parts of gravity: no sensor is as stable as the mean of
-seconds of white noise."""
+"""Standard deviation between two rests in one pose, in units of gravity: sensors are less stable
+than the averaged white noise.
+"""
 
 _HARMONICS: Final = np.arange(1, 33)
-"""Of the sawtooth that rounding is of its input; the rest of them is 2 % of its variance."""
+"""Harmonics of the sawtooth error of rounding; higher ones have 2 % of its variance."""
 
 _MIN_CLIPPED_SHARE: Final = 0.25
-"""Of the samples of a rest: of noise of two steps a fifth is at one value, at most."""
+"""Smallest share of a rest's samples at one value that counts as saturation: noise of two steps
+gives at most a fifth.
+"""
 
 _MIN_MOTION_RATIO: Final = 5.0
 _MEDIAN_OF_SQUARE: Final = 0.4549364
-"""Of a standard normal deviate."""
+"""Median of the square of a standard normal variable."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Windows:
-    """Variances in windows that move by one block, and the floor of each axis.
+    """Variances in windows shifted by one block, and the floor of each axis.
 
     Parameters
     ----------
     ratio
-        The largest ratio of variance to floor of any axis, shape (m,); infinite where most
-        samples are missing.
+        Largest ratio of variance to floor over the axes, shape (m,); infinite if most samples are
+        missing.
     floor
         Variance of each axis at its quietest, shape (3,), unit of the samples squared.
     step
-        Between neighbouring values of each axis, shape (3,).
+        Step between neighbouring values of each axis, shape (3,).
     block
-        Samples by which one window is later than that before.
+        Samples from one window to the next.
     blocks
         Blocks in a window.
     """
@@ -68,7 +71,7 @@ class _Windows:
     blocks: int
 
     def at_blocks(self, count: int) -> Floats:
-        """Return the ratio in the window round each block, the nearest one at the ends."""
+        """Return the ratio of the window around each block; at the ends, of the nearest window."""
         indices = np.arange(count) - self.blocks // 2
         return np.asarray(self.ratio[indices.clip(0, len(self.ratio) - 1)])
 
@@ -84,7 +87,7 @@ class Stillness:
     step
         By kind of sensor: step between neighbouring values of each axis, shape (3,).
     longest
-        Longest still stretch, s, also if it is too short for a rest.
+        Longest still interval, s, even if it is too short for a rest.
     """
 
     floor: dict[str, Floats]
@@ -92,14 +95,15 @@ class Stillness:
     longest: float
 
     def rounding(self, kind: str) -> Floats:
-        """Return the variance that rounding leaves in a mean, however long, shape (3,).
+        """Return the variance that rounding leaves in a long mean, shape (3,).
 
-        Where noise is large compared with the step nothing is left, without noise a uniform error:
-        the harmonics of rounding's sawtooth, each damped by the noise (B. Widrow and I. Kollar,
-        "Quantization Noise", 2008, chapter 4).
+        It is the variance of the harmonics of rounding's sawtooth, each damped by the noise (B.
+        Widrow and I. Kollar, "Quantization Noise", 2008, chapter 4). With noise large compared with
+        the step it is zero; without noise it is the variance of a uniform error.
         """
         square = self.step[kind] ** 2
-        # Between two values a sensor varies by a quarter of that, with hardly any noise.
+        # With hardly any noise, toggling between two values has a variance of up to a quarter of
+        # the square.
         noise = np.maximum(np.nan_to_num(self.floor[kind]) - square / 4.0, 0.0)
         ratio = noise / np.maximum(square, np.finfo(float).tiny)
         damped = np.exp(-((2.0 * np.pi * _HARMONICS[:, np.newaxis]) ** 2) * ratio)
@@ -126,15 +130,15 @@ def _measure_windows(sensor: Sensor) -> _Windows:
 
 
 def _window_variances(sensor: Sensor, block: int, blocks: int, count: int) -> tuple[Floats, Floats]:
-    """Return variances in windows and the number of samples that are there."""
-    # About a level of the record, so that the squares of an offset do not hide the noise.
+    """Return the variances and the numbers of present samples in windows."""
+    # The median is subtracted first: the square of an offset would hide the noise.
     level = sensor.data - np.nanmedian(sensor.data[:: max(1, sensor.n // 1000)], axis=0)
     number = np.full(count, float(block))
     if sensor.missing is not None:
         level[sensor.missing] = 0.0
         number = (~sensor.missing[: count * block]).reshape(count, block).sum(axis=1).astype(float)
     cells = level[: count * block].reshape(count, block, 3)
-    # The mean of the block comes off first: it is far from the level in most poses.
+    # Then the mean of each block is subtracted, because most poses are far from the median.
     centre = cells.sum(axis=1) / np.maximum(number, 1.0)[:, np.newaxis]
     squares = np.einsum("ijk,ijk->ik", cells, cells) - number[:, np.newaxis] * centre**2
     n = _moving_sum(number, blocks)[:, np.newaxis]
@@ -154,7 +158,7 @@ def _moving_sum(values: Floats, width: int) -> Floats:
 
 
 def _estimate_floors(variance: Floats) -> Floats:
-    """Return the variance of each axis at rest: the usual one among the small ones."""
+    """Return the variance of each axis at rest: the median of the small variances."""
     floor = np.percentile(variance, 10, axis=0)
     for _ in range(3):
         low = np.where(variance < 3.0 * floor, variance, np.nan)
@@ -163,7 +167,7 @@ def _estimate_floors(variance: Floats) -> Floats:
 
 
 def _find_still_blocks(sensors: Sequence[Sensor]) -> tuple[Booleans, list[_Windows]]:
-    """Return the mask of the first sensor's blocks that are still for all, and their windows."""
+    """Return the mask of the first sensor's blocks with all sensors still, and the windows."""
     all_windows = [_measure_windows(sensor) for sensor in sensors]
     first, block = sensors[0], all_windows[0].block
     count = first.n // block
@@ -178,7 +182,7 @@ def _find_still_blocks(sensors: Sequence[Sensor]) -> tuple[Booleans, list[_Windo
 
 
 def _find_spans(sensors: Sequence[Sensor]) -> tuple[Integers, Stillness]:
-    """Return the samples of the rests of the first sensor, and their thresholds."""
+    """Return first and last samples of the first sensor's rests, and the thresholds."""
     still, windows = _find_still_blocks(sensors)
     rate, block = sensors[0].rate, windows[0].block
     joined = max(1, round(_MAX_BREAK_S * rate / block))
@@ -199,7 +203,7 @@ def _find_spans(sensors: Sequence[Sensor]) -> tuple[Integers, Stillness]:
 
 
 def detect_rests(gyro: Sensor, accel: Sensor) -> tuple[list[Rest], Stillness]:
-    """Return all rests of two sensors, their means in the unit of the fit, and their thresholds."""
+    """Return all rests of two sensors, with means in the unit of the fit, and the thresholds."""
     spans, stillness = _find_spans((gyro, accel))
     rests = [_measure_rest(gyro, gyro, accel, int(first), int(last)) for first, last in spans]
     complete = [rest for rest in rests if np.isfinite([rest.gyro, rest.accel]).all()]
@@ -209,13 +213,13 @@ def detect_rests(gyro: Sensor, accel: Sensor) -> tuple[list[Rest], Stillness]:
 def measure_rests(
     gyro: Sensor, accel: Sensor, spans: Iterable[Rest | tuple[float, float]]
 ) -> tuple[list[Rest], Stillness]:
-    """Return the rests that a user has named by their start and stop, s.
+    """Return the rests between given start and stop times, s.
 
     Raises
     ------
     ValueError, TypeError
-        If one is not a start and a later stop, has no samples of both sensors, or begins before
-        another ends.
+        If a rest does not stop after its start, lacks samples of a sensor, or overlaps another
+        rest.
     """
     times = sorted(_parse_span(rest) for rest in spans)
     for (_, stop), (start, _) in pairwise(times):
@@ -234,7 +238,7 @@ def measure_rests(
 
 
 def _parse_span(rest: Rest | tuple[float, float]) -> tuple[float, float]:
-    """Return start and stop of a rest as a user gives it, s."""
+    """Return the start and stop of a rest given by the user, s."""
     pair = (rest.start, rest.stop) if isinstance(rest, Rest) else rest
     try:
         start, stop = map(float, pair)
@@ -248,7 +252,7 @@ def _parse_span(rest: Rest | tuple[float, float]) -> tuple[float, float]:
 def _measure_rest(
     clock: Sensor, gyro: Sensor | None, accel: Sensor | None, first: int, last: int
 ) -> Rest:
-    """Return the means of both sensors between two samples of the clock, NaN of one that lacks."""
+    """Return a rest between two samples of the clock, with NaN means of a missing sensor."""
     start, stop = clock.start + first / clock.rate, clock.start + last / clock.rate
     rate, force = (
         np.full(3, np.nan)
@@ -284,11 +288,12 @@ def _rest_errors(sensor: Sensor, rests: Sequence[Rest]) -> tuple[Floats, Floats]
 def mean_variances(
     sensor: Sensor, rests: Sequence[Rest], stillness: Stillness
 ) -> tuple[Floats, Floats]:
-    """Return variances of the means at rests: the usual ones, and those of each rest by itself.
+    """Return the variances of the means at rests: usual variances, and individual variances.
 
-    The usual one is that of white noise, or what the halves of all rests come to if that is more,
-    and of rounding; its own is by its halves or quarters, whichever differ more: there and back is
-    motion, too.
+    The usual variance is the variance of rounding plus a larger part: white noise, or the median
+    difference between the halves of all rests, whichever is larger. The individual variance uses
+    the halves or the quarters of the rest, whichever differ more. Quarters also detect a motion and
+    its return.
     """
     if not rests:
         return np.zeros((0, 3)), np.zeros((0, 3))
@@ -302,7 +307,7 @@ def mean_variances(
 def _add_sigmas(
     rests: list[Rest], accel: Sensor, gyro: Sensor | None, stillness: Stillness
 ) -> list[Rest]:
-    """Return the rests with standard errors of their means, and a word on those with motion."""
+    """Return the rests with standard errors of their means, and a reason for rests with motion."""
     if not rests:
         return rests
     usual, own = mean_variances(accel, rests, stillness)
@@ -312,7 +317,8 @@ def _add_sigmas(
         of_gyro = mean_variances(gyro, rests, stillness)
         excess = np.maximum(excess, (of_gyro[1] / np.maximum(of_gyro[0], 1e-300)).max(axis=1))
     ratio = np.sqrt(excess)
-    # Motion does not average out as noise does: four parts are no better than one.
+    # Motion does not average out like noise: the mean of four quarters is no better than one
+    # quarter.
     parts = np.where(ratio > _MIN_MOTION_RATIO, 4.0, 1.0)[:, np.newaxis]
     sigmas = np.sqrt(np.maximum(usual, parts * own) + pose)
     return [
@@ -322,10 +328,10 @@ def _add_sigmas(
 
 
 def find_clipped_axes(accel: Sensor, rests: Sequence[Rest], stillness: Stillness) -> list[str]:
-    """Return the axis of which each rest is at the end of the accelerometer's range, or "".
+    """Return the axis of each rest that is at the end of the accelerometer's range, or "".
 
-    Its samples are at one value, the largest or smallest of the record, though its noise is larger
-    than the step between values.
+    Many samples of such an axis have one value, the largest or smallest of the record. Its noise is
+    nevertheless larger than the step between values.
     """
     ends = np.nanmin(accel.data, axis=0), np.nanmax(accel.data, axis=0)
     step = stillness.step["accel"]
@@ -365,27 +371,27 @@ def find_rests(recording: Recording | Log) -> tuple[Rest, ...]:
     ----------
     recording
         A `Recording` with a gyro, an accelerometer or both, or a `Log` of one of them with three
-        axes; NaN marks missing samples.
+        axes. NaN marks missing samples.
 
     Returns
     -------
     tuple of Rest
-        In the order of time, on the clock of the gyro if there is one. Means are in the raw units,
-        NaN for a missing sensor; ``direction`` is that of the raw specific force.
+        Rests in the order of time, on the clock of the gyro if there is one. Means are in the raw
+        units, NaN for a missing sensor. ``direction`` is the direction of the raw specific force.
 
     Raises
     ------
     LogError
         If both sensors are missing, or one does not have three axes.
     TypeError
-        If it is neither a recording nor a log.
+        If `recording` is neither a recording nor a log.
 
     Notes
     -----
-    The variance of each axis in windows of 0.5 s is divided by its floor, the usual value where the
-    sensor is quietest; a window is still if no axis exceeds 5 floors. Interruptions below 0.4 s are
-    ignored, and rests are at least 1 s long after 0.1 s were cut off at both ends. At least a tenth
-    of the record must be at rest: otherwise there is no floor to compare with.
+    The variance of each axis in windows of 0.5 s is divided by its floor, the usual variance of the
+    quietest windows. A window is still if no axis exceeds 5 floors. Interruptions below 0.4 s are
+    ignored. 0.1 s is cut off at both ends of a rest, which must then be at least 1 s long. At least
+    a tenth of the record must be at rest: otherwise the floor is unknown.
 
     Examples
     --------

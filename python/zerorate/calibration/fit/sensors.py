@@ -1,4 +1,4 @@
-"""The two sensors that are calibrated: their samples, units and clocks, as the fit takes them."""
+"""The two calibrated sensors: their samples, units and clocks."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ STANDARD_GRAVITY: Final = 9.80665
 """The unit g in m/s^2."""
 
 UNNAMED: Final = "unnamed"
-"""Says in the meta of a log that its names are not those of a file."""
+"""Key in a log's meta: its channel names do not come from a file."""
 _QUANTITIES: Final = {"gyro": "rate", "accel": "acceleration"}
 _CORRECTED_UNITS: Final = {"gyro": "rad/s", "accel": "m/s^2"}
 _EXAMPLE_UNITS: Final = {"gyro": "'deg/s'", "accel": "'g'"}
@@ -36,25 +36,25 @@ _EXAMPLE_UNITS: Final = {"gyro": "'deg/s'", "accel": "'g'"}
 class Sensor:
     """Samples of three axes on a uniform clock, in the unit of the fit.
 
-    That is rad/s of a gyro and the local gravity of an accelerometer, or the raw unit where that
-    is unknown.
+    This unit is rad/s for a gyro and local gravity for an accelerometer. If the unit of the samples
+    is unknown, it is the raw unit.
 
     Parameters
     ----------
     kind
         ``"gyro"`` or ``"accel"``.
     data
-        Shape (n, 3), NaN where missing.
+        Samples, shape (n, 3), NaN where missing.
     rate, start
-        Samples per second, Hz, and time of the first one, s.
+        Sampling rate, Hz, and time of the first sample, s.
     unit
-        Of the raw samples.
+        Unit of the raw samples.
     factor
-        What raw samples were multiplied by; 1 if the unit is unknown.
+        Factor from raw samples to the unit of the fit; 1 if the unit is unknown.
     known
-        True if the unit is.
+        True if the unit is known.
     outliers
-        Samples that are missing because they stood alone in a rest, and what they were, raw unit.
+        Indices of samples removed as outliers at rest, and their raw values.
     """
 
     kind: Kind
@@ -78,15 +78,15 @@ class Sensor:
 
     @cached_property
     def missing(self) -> Booleans | None:
-        """Mask of samples that lack an axis, shape (n,); None if none does."""
-        # A sum is finite only if all its terms are, and costs a tenth of asking each.
+        """Mask of samples with a missing axis, shape (n,); None if there are none."""
+        # A sum is finite only if all its terms are; testing the sum takes a tenth of the time.
         if np.isfinite(self.data.sum()):
             return None
         return np.asarray(~np.isfinite(self.data).all(axis=1))
 
     def index_at(self, time: float) -> int:
-        """Return the first sample at or after a time, at most n."""
-        # Times of a grid are whole periods, except for rounding.
+        """Return the index of the first sample at or after a time, at most n."""
+        # Grid times are whole periods apart from rounding errors.
         return int(np.clip(np.ceil((time - self.start) * self.rate - 1e-6), 0, self.n))
 
     def mean(self, first: int, last: int) -> Floats:
@@ -97,7 +97,7 @@ class Sensor:
         return part.mean(axis=0) if len(part) else np.full(3, np.nan)
 
     def resample_at(self, other: Sensor, first: int, last: int) -> Floats:
-        """Return the samples at the times of another's, missing ones interpolated, shape (k, 3)."""
+        """Return the samples interpolated at the times of another sensor, shape (k, 3)."""
         same = (self.rate, self.start, self.n) == (other.rate, other.start, other.n)
         if same and (self.missing is None or not self.missing[first:last].any()):
             return self.data[first:last]
@@ -108,12 +108,12 @@ class Sensor:
 
 
 def prepare_sensor(kind: Kind, log: Log, gravity: float) -> Sensor:
-    """Return a log as the fit takes it.
+    """Return a log as a `Sensor` for the fit.
 
     Raises
     ------
     LogError
-        If it has not three axes, or its unit is that of something else.
+        If the log does not have three axes, or its unit is not one of this sensor.
     """
     log = drop_empty_channels(log)
     if log.channels != 3:
@@ -129,7 +129,7 @@ def prepare_sensor(kind: Kind, log: Log, gravity: float) -> Sensor:
         if not complete.any():
             raise LogError(f"the {kind} has no sample of all three axes")
         data[~complete] = np.nan
-    # One of them would make two rests of one, and a turn between them.
+    # An outlier would split a rest in two, with a rotation between them.
     outliers = find_outliers(data, resolution(data))
     data[outliers] = np.nan
     return Sensor(
@@ -145,7 +145,7 @@ def prepare_sensor(kind: Kind, log: Log, gravity: float) -> Sensor:
 
 
 def _resample_evenly(log: Log) -> Log:
-    """Return a log on its even clock: one whose clock wanders interpolated between its samples."""
+    """Return a log on an even clock, interpolated if its clock wanders."""
     if log.stamps is None:
         return log
     rate = (log.n - 1) / float(log.stamps[-1] - log.stamps[0])
@@ -155,7 +155,7 @@ def _resample_evenly(log: Log) -> Log:
 
 
 def resolution(data: Floats) -> Floats:
-    """Return the step between neighbouring values of each axis, small where it cannot be seen."""
+    """Return the step between neighbouring values of each axis, small if it is not visible."""
     sizes = np.abs(np.diff(data[: 1 << 16], axis=0))
     steps = np.zeros(3)
     for axis, size in enumerate(sizes.T):
@@ -184,12 +184,12 @@ def _unit_factor(kind: Kind, unit: str, gravity: float) -> float | None:
 def choose_logs(
     recording: Recording | None, gyro: Source, accel: Source, rate: float | None
 ) -> tuple[Log, Log]:
-    """Return the logs of both sensors, as a user has named or given them.
+    """Return the logs of both sensors from a user's names or data.
 
     Raises
     ------
     LogError
-        If the recording lacks one, or has several and none was chosen.
+        If the recording lacks a sensor, or has several and none was chosen.
     TypeError, ValueError
         If an argument is not as described in `calibrate`.
     """

@@ -1,4 +1,4 @@
-"""The fit of a record: with or without G in the turns, of all rests or of some."""
+"""Fit of a record: with or without G in the rotations, of all rests or of a part."""
 
 from __future__ import annotations
 
@@ -35,18 +35,18 @@ _MIN_TRAINING_RESTS: Final = 9
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """Two sensors, their rests and turns; means at rests as arrays.
+    """Two sensors, their rests and rotations, and means at rests as arrays.
 
     Parameters
     ----------
     gyro, accel
         The sensors.
     rests, turns
-        Those that are used.
+        Used rests and rotations.
     stillness
-        Stillness by which the rests were found.
+        Thresholds by which the rests were found.
     accel_means, accel_sigmas, gyro_means, gyro_variances
-        At rests, shape (n, 3).
+        Means at rests with their standard errors or variances, shape (n, 3).
     """
 
     gyro: Sensor
@@ -68,7 +68,7 @@ class Record:
         turns: Sequence[Turn],
         stillness: Stillness,
     ) -> Record:
-        """Return the record of all rests and turns that can be used."""
+        """Return the record of all usable rests and rotations."""
         indices = [index for index, rest in enumerate(rests) if rest.used]
         new_index = {index: new for new, index in enumerate(indices)}
         used = [turn for turn in turns if turn.used]
@@ -94,7 +94,7 @@ class Record:
 
     @property
     def spans(self) -> Integers:
-        """First and last (exclusive) sample of each turn among those of all, shape (m, 2)."""
+        """First and last (exclusive) index of each rotation in the joined samples, shape (m, 2)."""
         ends = np.cumsum([0, *(turn.last - turn.first for turn in self.turns)])
         return np.stack([ends[:-1], ends[1:]], axis=1).astype(np.int64)
 
@@ -109,7 +109,7 @@ class Record:
         return np.array([rest.stop - rest.start for rest in self.rests])
 
     def select(self, mask: Booleans) -> Record:
-        """Return the record of some rests and of the turns between two of them."""
+        """Return the record of some rests, and of the rotations between them."""
         new_index = np.cumsum(mask) - 1
         turns = [t for t in self.turns if mask[t.rests[0]] and mask[t.rests[1]]]
         pairs = [(int(new_index[t.rests[0]]), int(new_index[t.rests[1]])) for t in turns]
@@ -124,11 +124,11 @@ class Record:
         )
 
     def biases(self, up: Floats, sensitivity: Floats) -> Floats:
-        """Return the gyro's bias in each turn, without the effect of G at the rests."""
+        """Return the gyro's bias in each rotation, without the effect of G at the rests."""
         return turn_biases(self.turns, self.rests, self.gyro_means - up @ sensitivity.T)
 
     def rates(self, sensors: Sensors) -> Floats:
-        """Return the samples of the gyro in all turns, minus the effect of G, shape (k, 3)."""
+        """Return the samples of the gyro in all rotations, minus the effect of G, shape (k, 3)."""
         rates = [self.gyro.data[turn.first : turn.last] for turn in self.turns]
         if sensors.sensitivity.any():
             rates = [
@@ -139,7 +139,7 @@ class Record:
 
     @property
     def forces(self) -> list[Floats]:
-        """Raw samples of the accelerometer in each turn, at the times of the gyro."""
+        """Raw samples of the accelerometer in each rotation, at the times of the gyro."""
         return [self.accel.resample_at(self.gyro, turn.first, turn.last) for turn in self.turns]
 
 
@@ -155,16 +155,16 @@ class Sensors:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Parameters of both sensors, as the record determines them.
+    """Parameters of both sensors that the record determines.
 
     Parameters
     ----------
     fit
-        Of A, b_a, M.
+        Fit of A, b_a and M.
     rest
         Bias of the gyro and G.
     in_turns, with_g
-        True if G was subtracted in the rotations, and if it was estimated at all.
+        True if G was subtracted in the rotations; and True if G was estimated.
     identifiable
         Mask of the 18 parameters of the fit that the record determines.
     """
@@ -183,7 +183,7 @@ class Solution:
 
     @property
     def without_g(self) -> Sensors:
-        """The models as the fit took them if it left G out of the turns."""
+        """Models of both sensors without G, as fitted if G was not subtracted in the rotations."""
         return replace(self.sensors, sensitivity=np.zeros((3, 3)))
 
 
@@ -251,7 +251,7 @@ def _estimate_rest(record: Record, fit: Fit, prior: Prior, with_g: bool) -> Rest
 
 
 def compute_errors(record: Record, sensors: Sensors) -> tuple[Floats, Floats, TurnRotations]:
-    """Return |f|/g - 1 at the rests of a record, the misses of its turns, rad, and the turns."""
+    """Return |f|/g - 1 at rests, the error angles of rotations in rad, and the rotations."""
     force = forces(record.accel_means, sensors.accel, sensors.bias)
     size = vector_norms(force)
     up = force / size[:, np.newaxis]
@@ -269,18 +269,19 @@ def compute_errors(record: Record, sensors: Sensors) -> tuple[Floats, Floats, Tu
 def compute_held_out_errors(
     record: Record, prior: Prior, solution: Solution
 ) -> tuple[Floats, Floats] | None:
-    """Return the errors of `compute_errors` at rests and turns that the fit had not seen.
+    """Return the errors of `compute_errors` at rests and rotations excluded from the fit.
 
-    Each quarter of the rests, in the order of time, is left out in turn, with the turns that begin
-    or end in it. None if there are too few rests for that, or if those of three quarters alone do
-    not determine the sensors well enough: its errors would be those of the parts, not of the whole.
+    Each quarter of the rests, in the order of time, is left out in turn, with the rotations that
+    begin or end in it. The result is None if three quarters of the rests are too few, or determine
+    the sensors badly. The errors would then not characterise the whole fit.
     """
     count = len(record.rests)
     if count * (_FOLD_COUNT - 1) // _FOLD_COUNT < _MIN_TRAINING_RESTS:
         return None
     fold = np.arange(count) * _FOLD_COUNT // count
     norms, misses = np.zeros(count), np.zeros(len(record.turns))
-    # A turn across the border of two quarters is not seen in either; the later one has it.
+    # A rotation from one quarter to the next is excluded from both fits; the later quarter counts
+    # it.
     own = fold[record.pairs].max(axis=1)
     for k in range(_FOLD_COUNT):
         part = record.select(fold != k)

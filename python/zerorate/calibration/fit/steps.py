@@ -1,4 +1,4 @@
-"""From two logs to a calibration, step by step."""
+"""Calibration of two logs, step by step."""
 
 from __future__ import annotations
 
@@ -66,15 +66,17 @@ _REMEDIES: Final = {
     "force": "hold it still in each pose; if it was, check the accelerometer",
     "clipped": "set a larger range of the accelerometer",
 }
-"""First advice, by the reason for which most rests and turns were left out."""
+"""First advice, by the most frequent reason for unused rests and rotations."""
 
 _MAX_REST_RATE_RAD_S: Final = 3.0 * np.pi / 180.0
-"""Rate, rad/s, beyond the usual one at rest by which a steady turn differs from a rest."""
+"""Largest rate of a rest, rad/s, relative to the usual rate at rest: faster intervals are steady
+rotations.
+"""
 
 
 @dataclass(frozen=True)
 class Choices:
-    """Arguments of `zerorate.calibrate` that are not data; ValueError if one is not allowed."""
+    """Arguments of `zerorate.calibrate` other than data; ValueError for an invalid value."""
 
     gravity: float | None
     g_sensitivity: GSensitivity
@@ -83,7 +85,7 @@ class Choices:
     saturation: float | None
 
     def __post_init__(self) -> None:
-        """Check all of them."""
+        """Check all arguments."""
         least, most = GRAVITY_RANGE_M_S2
         valid = {
             "g_sensitivity": self.g_sensitivity in ("auto", True, False),
@@ -112,7 +114,7 @@ def run_calibration(
     rate: float | None,
     rests: Iterable[Rest | tuple[float, float]] | None,
 ) -> Calibration:
-    """Return the calibration of two logs; arguments and faults as of `zerorate.calibrate`."""
+    """Return the calibration of two logs; arguments and errors as of `zerorate.calibrate`."""
     gravity = choices.local_gravity
     logs = choose_logs(recording, gyro, accel, rate)
     sensors = prepare_sensor("gyro", logs[0], gravity), prepare_sensor("accel", logs[1], gravity)
@@ -125,7 +127,7 @@ def run_calibration(
     origin = _origin(recording, logs)
     case = Case(record, static, turns, gravity, notes, _mean_temperature(recording), origin)
     if record.rests:
-        # A wrong unit explains a lack of rests better than their number does.
+        # If the unit is wrong, report this instead of the lack of rests.
         check_gravity(record, gravity)
     _check_enough(case, choices)
     calibration = _solve_case(case, choices)
@@ -133,7 +135,7 @@ def run_calibration(
 
 
 def _origin(recording: Recording | None, logs: Sequence[Log]) -> Origin:
-    """Return the source and channel names of a recording; names given for arrays are left out."""
+    """Return the source and channel names of a recording, without the names made for arrays."""
     gyro, accel = (() if log.meta.get(UNNAMED) else log.names for log in logs)
     return Origin("" if recording is None else recording.source, gyro, accel)
 
@@ -172,7 +174,7 @@ def _notes(gravity: float | None, logs: Sequence[Log], sensors: Sequence[Sensor]
 
 
 def _outlier_notes(sensor: Sensor) -> list[str]:
-    """Return a note on the samples that were left out as outliers in a rest."""
+    """Return a note on samples that were left out as outliers at rest."""
     indices, values = sensor.outliers
     if not indices.size:
         return []
@@ -188,7 +190,7 @@ def _outlier_notes(sensor: Sensor) -> list[str]:
 
 
 def _mean_temperature(recording: Recording | None) -> float | None:
-    """Return the mean temperature of the recording, degC, None without one."""
+    """Return the mean temperature of the recording, degC; None if unknown."""
     log = None if recording is None else recording.temperature
     if log is None:
         return None
@@ -197,7 +199,7 @@ def _mean_temperature(recording: Recording | None) -> float | None:
 
 
 def _exclude_turning(rests: list[Rest], gyro: Sensor) -> list[Rest]:
-    """Return the rests, those that are steady turns marked as not used."""
+    """Return the rests; steady rotations are marked as not used."""
     if not rests or not gyro.known:
         return rests
     usual = np.median([rest.gyro for rest in rests], axis=0)
@@ -205,14 +207,14 @@ def _exclude_turning(rests: list[Rest], gyro: Sensor) -> list[Rest]:
 
 
 def _exclude_wrong_force(rests: list[Rest], accel: Sensor) -> list[Rest]:
-    """Return the rests, those without gravity on the accelerometer marked as not used."""
+    """Return the rests; rests without gravity on the accelerometer are marked as not used."""
     if not rests:
         return rests
     sizes = np.linalg.norm([rest.accel for rest in rests], axis=1)
     usual = float(np.median(sizes))
     if not usual > 0.0:
         raise LogError("the accel shows 0 at rest on all axes, expected gravity")
-    # In addition to a scale, a sensor of unknown unit may have a bias as large as gravity.
+    # A sensor of unknown unit may have a bias as large as gravity.
     least, most = (0.5, 1.5) if accel.known else (0.1, 10.0)
     return [
         rest
@@ -223,7 +225,7 @@ def _exclude_wrong_force(rests: list[Rest], accel: Sensor) -> list[Rest]:
 
 
 def _exclude_clipped(rests: list[Rest], accel: Sensor, stillness: Stillness) -> list[Rest]:
-    """Return the rests, those at the end of the accelerometer's range marked as not used."""
+    """Return the rests; rests at the end of the accelerometer's range are marked as not used."""
     return [
         replace(rest, used=False, reason=f"clipped: {axis} is at the end of the accel's range")
         if axis and rest.used
@@ -252,7 +254,7 @@ def _solve_case(case: Case, choices: Choices, problems: Sequence[str] = ()) -> C
 
 
 def _check_size(solution: Solution, prior: Prior) -> None:
-    """Refuse sensors that have run away: their inverse, and its errors, would be noise."""
+    """Raise an error for diverged sensors, because their inverse would be noise."""
     for matrix, start in (
         (solution.fit.accel, prior.accel),
         (solution.fit.gyro, prior.gyro),
@@ -263,7 +265,7 @@ def _check_size(solution: Solution, prior: Prior) -> None:
             or np.linalg.cond(matrix) > _MAX_CONDITION
         ):
             raise LogError(_CONTRADICTION)
-    # A record cannot take knowledge away.
+    # A record cannot increase a standard error.
     sigmas = np.diagonal(solution.fit.covariance) / prior.sigmas**2
     if not ((sigmas > 0.0) & (sigmas < _MAX_VARIANCE_RATIO)).all():
         raise LogError(_CONTRADICTION)
@@ -274,7 +276,7 @@ def _is_permuted(record: Record, prior: Prior) -> bool:
 
 
 def _check_enough(case: Case, choices: Choices) -> None:
-    """Refuse a record of too few rests or turns, with its incomplete result."""
+    """Raise CalibrationError, with the incomplete result, for too few rests or rotations."""
     record = case.record
     if len(record.rests) >= _MIN_RESTS and len(record.turns) >= _MIN_TURNS:
         return
@@ -302,7 +304,7 @@ def _format_count(used: Sequence[object], found: Sequence[object], name: str) ->
 
 
 def _choose_remedy(case: Case) -> str:
-    """Return the advice that helps most: against the commonest reason, or else more poses."""
+    """Return the most useful advice: against the commonest reason, or else more poses."""
     counts = Counter(reason for _, reason in _unused_reasons(case))
     if not counts or len(case.rests) <= _MIN_TURNS:
         return _POSES_ADVICE
@@ -310,7 +312,7 @@ def _choose_remedy(case: Case) -> str:
 
 
 def _unused_reasons(case: Case) -> list[tuple[str, str]]:
-    """Return the kind, rest or turn, and the short reason of each interval that is left out."""
+    """Return the kind (rest or rotation) and the short reason of each unused interval."""
     kinds: tuple[tuple[str, Sequence[Rest | Turn]], ...] = (
         ("rest", case.rests),
         ("turn", case.turns),
@@ -324,7 +326,7 @@ def _unused_reasons(case: Case) -> list[tuple[str, str]]:
 
 
 def _describe_unused(case: Case) -> list[str]:
-    """Return the counts of rests and turns that were left out, by reason."""
+    """Return the numbers of unused rests and rotations by reason."""
     counts = Counter(_unused_reasons(case)).items()
     counts_text = [f"{n} {kind}{'' if n == 1 else 's'} ({reason})" for (kind, reason), n in counts]
     return [f"left out: {', '.join(counts_text)}"] if counts_text else []
@@ -351,7 +353,7 @@ def _describe_stillness(record: Record) -> str:
 
 
 def _quietest_rms(record: Record, sensor: Sensor) -> float:
-    """Return the RMS of a sensor where it is quietest, raw unit; 0 of a constant."""
+    """Return the RMS of a sensor in its quietest part, raw unit; 0 for a constant."""
     floor = float(np.sqrt(record.stillness.floor[sensor.kind].mean())) / sensor.factor
     return floor if floor > np.finfo(float).eps else 0.0
 

@@ -1,4 +1,4 @@
-"""Turns from one rest to the next: which can be used, and gravity carried through them."""
+"""Rotations from one rest to the next: usable ones, and gravity propagated through them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SATURATED: Final = "saturated"
 MAX_TURN_S: Final = 30.0
 _MIN_HITS: Final = 10
 _MAX_WEIGHED_S: Final = 10.0
-"""Rest, s, beyond which a longer one does not improve the bias of a turn."""
+"""Length of a rest, s, above which its weight for the bias of a rotation is constant."""
 
 _MOTION_WEIGHT: Final = 1e-3
 
@@ -32,10 +32,10 @@ def find_saturated(gyro: Sensor, limit: float | None) -> Booleans:
     Parameters
     ----------
     gyro
-        The sensor.
+        Gyro samples.
     limit
-        The end of the range in the raw unit. None: an axis' largest or smallest value, if it occurs
-        ten times.
+        End of the range in the raw unit. None: the largest or smallest value of an axis, if it
+        occurs ten times.
     """
     if limit is not None:
         return np.asarray((np.abs(gyro.data) >= limit * abs(gyro.factor) * (1 - 1e-9)).any(axis=1))
@@ -51,7 +51,7 @@ def find_saturated(gyro: Sensor, limit: float | None) -> Booleans:
 
 
 def find_turns(rests: Sequence[Rest], gyro: Sensor, saturated: Booleans) -> list[Turn]:
-    """Return the turns from each rest that is used to the next, and why some cannot be used."""
+    """Return the rotations from each used rest to the next, with reasons if unusable."""
     used = [index for index, rest in enumerate(rests) if rest.used]
     return [_make_turn(rests, before, after, gyro, saturated) for before, after in pairwise(used)]
 
@@ -87,10 +87,10 @@ def _exclusion_reason(gyro: Sensor, saturated: Booleans, first: int, last: int) 
 
 
 def turn_biases(turns: Sequence[Turn], rests: Sequence[Rest], at_rest: Floats) -> Floats:
-    """Return the gyro's bias in each turn from that at all rests, shape (m, 3).
+    """Return the gyro's bias in each rotation from the biases at all rests, shape (m, 3).
 
-    It is the mean of the rests before and after, weighted by their length up to ten seconds; one
-    with motion in it counts only next to another.
+    It is the mean of the rests before and after, weighted by their length up to ten seconds. A rest
+    with motion is used only if the other rest also has motion.
     """
     length = np.array([min(rest.stop - rest.start, _MAX_WEIGHED_S) for rest in rests])
     length *= np.where([bool(rest.reason) for rest in rests], _MOTION_WEIGHT, 1.0)
@@ -101,14 +101,14 @@ def turn_biases(turns: Sequence[Turn], rests: Sequence[Rest], at_rest: Floats) -
 
 @dataclass(frozen=True, eq=False)
 class TurnRotations:
-    """Rotations of each turn, by integration of the gyro.
+    """Rotation matrices from the integrated gyro, one for each rotation.
 
     Parameters
     ----------
     rotations
-        P, shape (m, 3, 3): a vector v of the body before the turn is ``P.T @ v`` after it.
+        P, shape (m, 3, 3): a body vector v before the rotation is ``P.T @ v`` after it.
     by_matrix
-        T, shape (m, 3, 3, 3): that vector u moves by ``[u]x psi``, psi_a = T_abc dM_bc.
+        T, shape (m, 3, 3, 3): a change dM moves this vector u by ``[u]x psi``, psi_a = T_abc dM_bc.
     angles
         Sum of the angles of all steps, rad, shape (m,).
     """
@@ -121,18 +121,18 @@ class TurnRotations:
 def integrate_turns(
     rates: Floats, period: float, spans: Integers, biases: Floats, matrix: Floats
 ) -> TurnRotations:
-    """Return the turns of raw rates, corrected as ``matrix @ (rate - bias)``.
+    """Return the rotations from raw rates, corrected as ``matrix @ (rate - bias)``.
 
     Parameters
     ----------
     rates
-        Shape (n, 3); without the part that depends on gravity.
+        Raw rates without the part that depends on gravity, shape (n, 3).
     period
-        Seconds from sample to sample.
+        Sampling period, s.
     spans
-        First and last (exclusive) sample of each turn, shape (m, 2).
+        First and last (exclusive) sample of each rotation, shape (m, 2).
     biases
-        Of each turn, shape (m, 3).
+        Bias of each rotation, shape (m, 3).
     matrix
         The correction, shape (3, 3).
     """
@@ -142,7 +142,7 @@ def integrate_turns(
 
 
 def miss_angles(rotations: Floats, before: Floats, after: Floats) -> Floats:
-    """Return the angles between gravity carried through turns and gravity after them, rad."""
+    """Return the angles between propagated gravity and gravity measured after rotations, rad."""
     propagated = np.einsum("mba,mb->ma", rotations, before)
     sines = np.linalg.norm(np.cross(propagated, after), axis=1)
     return np.asarray(np.arctan2(sines, (propagated * after).sum(axis=1)))

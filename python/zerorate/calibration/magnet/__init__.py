@@ -1,1 +1,1 @@
-"""Calibration of a magnetometer by the gyro: ticks, spans, fit, choice and results."""
+"""Calibration of a magnetometer with the gyro as reference."""

@@ -1,4 +1,4 @@
-"""Calibrate a magnetometer from ordinary motion: by the gyro, or by a sphere."""
+"""Calibration of a magnetometer from ordinary motion, with the gyro or by a sphere."""
 
 from __future__ import annotations
 
@@ -24,11 +24,15 @@ from zerorate.record import Log, LogError, Recording
 from zerorate.record.samples import Samples
 
 _MIN_TICKS: Final = 100
-"""Ticks that a record must have."""
+"""Smallest number of ticks in a record."""
 _MIN_FIELD_SHARE: Final = 0.2
-"""Part of the samples' size below which a field is none: they do not turn with the sensor."""
+"""Smallest field as a share of the samples' size: smaller means that the samples do not rotate with
+the sensor.
+"""
 _MAX_FIELD_DIFFERENCE: Final = 0.3
-"""Share by which a field may differ from that of a place: rooms and steel do that much."""
+"""Largest relative difference between the field and the field of the place: buildings and steel
+reach this.
+"""
 _MAX_DIP_DIFFERENCE_RAD: Final = np.radians(20.0)
 
 
@@ -41,47 +45,49 @@ def calibrate_magnetometer(
     dip: float | None = None,
     place: tuple[float, ...] | None = None,
 ) -> MagnetometerCalibration:
-    """Calibrate a magnetometer from ordinary motion, with the gyro as the reference of rotation.
+    """Calibrate a magnetometer from ordinary motion, with the gyro as reference.
 
     Parameters
     ----------
     recording : Recording
-        With gyro, accelerometer and a magnetometer in any unit. Without a gyro a sphere is fitted,
-        which needs all directions and a constant field; a note states this.
+        Recording with gyro, accelerometer and a magnetometer in any unit. Without a gyro a sphere
+        is fitted, and a note states this. A sphere needs samples in all directions and a constant
+        field.
     gyro : str
-        Name of the gyro if there are several; default the first.
+        Name of the gyro if there are several. Default: the first one.
     one : bool
-        Assume one hard iron for the whole record. Default: several where that leaves clearly less
-        scatter, such as for a magnet that comes and goes.
+        Assume one hard iron for the whole record. Default: estimate several if this clearly reduces
+        the scatter, for example if a magnet comes and goes.
     field, dip : float, optional
-        Size of the earth's field at the place, uT, and its angle below the horizontal, rad, from a
-        model of the field. A result that contradicts them is not valid.
+        Magnitude of the earth's field at the place, uT, and its angle below the horizontal, rad,
+        from a field model. A result that contradicts them is not valid.
     place : tuple of float, optional
-        Latitude and longitude, deg, and optionally height, m: field and dip are then those of
-        `zerorate.geometry.earth_field`. Default: from the recording's positions, if it has some and
-        pygeomag is installed.
+        Latitude and longitude, deg, and optionally height, m: `zerorate.geometry.earth_field` then
+        gives field and dip. Default: the recording's positions, if it has any and pygeomag is
+        installed.
 
     Returns
     -------
     MagnetometerCalibration
         Check `applied`: a correction is applied only if it more than halves the scatter of samples
-        that the fit had not seen.
+        excluded from the fit.
 
     Raises
     ------
     LogError
-        Without accelerometer (unless there is no gyro either) or magnetometer, or with less than
-        ten seconds of them.
+        If the magnetometer is missing, a gyro has no accelerometer, or the sensors cover less than
+        ten seconds.
     ValueError
-        If ``field`` or ``dip`` do not occur on earth, or ``place`` is not a latitude and longitude.
+        If ``field`` or ``dip`` does not occur on earth, or ``place`` is not a latitude and
+        longitude.
     ImportError
         If ``place`` is given and pygeomag is not installed.
 
     Notes
     -----
-    Two turns about different axes are enough: the part of the field that stays constant in the
-    sensor's axes is hard iron. Standard errors include the field's differences from place to place:
-    none is smaller than a hundredth of the field.
+    Two rotations about different axes are enough: hard iron is the part of the field that stays
+    constant in the sensor's axes. Standard errors include differences of the field from place to
+    place, so they are at least a hundredth of the field.
 
     Examples
     --------
@@ -116,7 +122,7 @@ def _reference_field(
     field: float | None,
     dip: float | None,
 ) -> EarthField | None:
-    """Return the field at a place, typed or recorded; None if neither gives it."""
+    """Return the field at the given or recorded place; None if there is no place."""
     if place is not None and (field is not None or dip is not None):
         raise ArgumentError("place", "determines field and dip: give it, or both values")
     if place is not None:
@@ -131,7 +137,7 @@ def _reference_field(
 
 
 def _median_position(recording: Recording) -> tuple[float, float] | None:
-    """Return the middle of a recording's positions, latitude and longitude, deg."""
+    """Return the median latitude and longitude of a recording's positions, deg."""
     log = recording.get("position")
     if log is None or log.names[:2] != ("latitude_deg", "longitude_deg"):
         return None
@@ -203,7 +209,7 @@ def _calibrate_by_sphere(log: Log, recording: Recording) -> MagnetometerCalibrat
 def _validate_field(
     result: MagnetometerCalibration, field: float | None, dip: float | None
 ) -> MagnetometerCalibration:
-    """Return the calibration, not valid where its field cannot be that of the place."""
+    """Return the calibration, not valid if its field contradicts the field of the place."""
     problems = list(result.problems)
     if field is not None and result.unit not in MICROTESLA:
         raise ArgumentError(

@@ -14,10 +14,11 @@ from zerorate.record.samples import partner_name
 from zerorate.types import Floats
 
 _MAX_ANALYSED_S: Final = 240.0
-"""Longest part searched for iron, s: a second or two of computation."""
+"""Longest part that is analysed, s; it takes a second or two to compute."""
 _MIN_SIZE_CHANGE: Final = 0.15
-"""Part of the field's size by which it must vary to be analysed: half of what turns a heading by
-ten degrees, at a dip of 65 deg."""
+"""Smallest relative variation of the field's size that is analysed. Twice this rotates a heading by
+ten degrees at a dip of 65 deg.
+"""
 
 
 def note_iron_changes(recording: Recording, gyro: str = "gyro") -> tuple[str, ...]:
@@ -26,15 +27,15 @@ def note_iron_changes(recording: Recording, gyro: str = "gyro") -> tuple[str, ..
     Parameters
     ----------
     recording : Recording
-        With the gyro, its accelerometer and a magnetometer, of three axes each.
+        Recording with the gyro, its accelerometer and a magnetometer, of three axes each.
     gyro : str
         Name of the gyro.
 
     Returns
     -------
     tuple of str
-        Empty where the field's size varies by less than 15 %, or the iron stays the same. Of a
-        recording over four minutes the part around the largest variation is looked at.
+        Sentences; empty if the field's size varies by less than 15 % or the hard iron is constant.
+        In a recording over four minutes, only the part around the largest variation is analysed.
     """
     mag = recording.get(partner_name(recording, gyro, "mag"))
     if mag is None or mag.channels != 3 or (centre := _largest_variation(mag)) is None:
@@ -58,7 +59,7 @@ def note_iron_changes(recording: Recording, gyro: str = "gyro") -> tuple[str, ..
 
 
 def _largest_variation(mag: Log) -> float | None:
-    """Return the time at which the field's size is farthest from its median; None if it is even."""
+    """Return the time of the field's largest distance from its median size, None if it is even."""
     width = max(1, round(mag.rate))
     sizes: Floats = np.linalg.norm(mag.data, axis=1)
     starts = np.arange(0, mag.n, width)
@@ -72,7 +73,7 @@ def _largest_variation(mag: Log) -> float | None:
 
 
 def _cut_around(recording: Recording, gyro: str, centre: float) -> Recording:
-    """Return the three sensors of at most four minutes around a time."""
+    """Return four minutes at most of the three sensors around a time."""
     names = [partner_name(recording, gyro, kind) for kind in ("gyro", "accel", "mag")]
     logs = {}
     for name in names:

@@ -1,4 +1,4 @@
-"""Choice of the parameters to apply: those that more than halve the scatter of unseen samples."""
+"""Choice of the applied parameters: they must more than halve the scatter of held-out samples."""
 
 from __future__ import annotations
 
@@ -30,38 +30,40 @@ _MAX_SCATTER_RATIO: Final = 0.40
 _MIN_CHI_SQUARED: Final = 25.0
 _IRON_SIZES: Final = (0.10, 0.25)
 _MAX_RATIOS_BY_SIZE: Final = (_MAX_SCATTER_RATIO, 0.7)
-"""Scatter that a hard iron may leave, by its size: a room does a tenth of the field, a quarter is
-none of a room; between them in proportion."""
+"""Largest remaining scatter, relative to the raw scatter, for the two sizes of hard iron in
+`_IRON_SIZES`; interpolated between them. Buildings change the field by a tenth, but not by a
+quarter.
+"""
 _MAX_IMPROVED_RATIO: Final = 0.85
 _MAX_ELEMENT: Final = 0.6
 
 
 @dataclass(frozen=True, eq=False)
 class IronChoice:
-    """The fit, and the applied part of it, in units of the field's median size.
+    """The fit and its applied part, in units of the field's median size.
 
     Parameters
     ----------
     spans : list of Span
-        All of the record.
+        All spans of the record.
     iron : ndarray, shape (g, 3)
-        Hard iron of each group as found; unknown components are zero.
+        Estimated hard iron of each group; unknown components are zero.
     applied : ndarray of bool, shape (g,)
-        True if it is subtracted.
+        True if the group's hard iron is subtracted.
     elements, soft
-        Of D - 1 as applied, zero where none are, and which were fitted.
+        Applied elements of D - 1, zero if none are applied; and indices of the fitted elements.
     rotation, rotation_sigma : ndarray, shape (3,)
-        Antisymmetric elements of a fit of everything, and their standard deviations.
+        Antisymmetric elements from a fit of all elements, and their standard deviations.
     covariance : ndarray, shape (8 + 3 g, 8 + 3 g)
-        Of elements of D, then hard irons.
+        Covariance of the elements of D, then of the hard irons.
     raw, left : ndarray, shape (g,)
-        Unseen scatter of each group, raw and with the hard iron.
+        Held-out scatter of each group: raw, and with the hard iron removed.
     fit : Fit
-        Last one.
+        Last fit.
     ticks, group
-        Those that were fitted.
+        Fitted ticks, and the group of each.
     total_raw, total_left
-        Unseen scatter of all of them, raw and as applied.
+        Held-out scatter of all ticks: raw, and with the applied correction.
     """
 
     spans: list[Span]
@@ -82,7 +84,7 @@ class IronChoice:
 
 
 def choose_iron(ticks: Ticks, spans: list[Span], single_iron: bool = False) -> IronChoice | None:
-    """Return the iron to apply; None where no hard iron has two known directions."""
+    """Return the iron to apply; None if no hard iron has two known directions."""
     spans, groups = group_spans(ticks, spans)
     informative = None
     if groups and not single_iron:
@@ -192,7 +194,7 @@ def _decide_applied(iron_fit: Fit, matrix: Floats, raw: Floats, left: Floats) ->
 def _fit_soft_iron(
     ticks: Ticks, group: Integers, soft: tuple[int, ...]
 ) -> tuple[tuple[int, ...], Fit, Floats] | None:
-    """Fit elements of D, without those that the record does not determine."""
+    """Fit those elements of D that the record determines."""
     while soft:
         iron_fit = fit(ticks, group, soft)
         matrix = covariance(ticks, group, iron_fit, soft)

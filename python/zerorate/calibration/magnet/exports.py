@@ -1,4 +1,4 @@
-"""A magnetometer's calibration as parameters of PX4 and of ArduPilot."""
+"""Export of a magnetometer's calibration to PX4 and ArduPilot."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ MICROTESLA: Final = {
     "mgauss": 0.1,
     "mG": 0.1,
 }
-"""Units of a magnetic field."""
+"""Size of each unit of a magnetic field, uT."""
 _AXES: Final = "XYZ"
 _PAIRS: Final = ((0, 1), (0, 2), (1, 2))
 
@@ -64,9 +64,10 @@ def to_px4(
     Returns
     -------
     str
-        ``CAL_MAG``, gauss: PX4 corrects by M (sample - offset), ``XSCALE`` the diagonal of M and
-        ``XODIAG``, ``YODIAG``, ``ZODIAG`` its elements xy, xz, yz. Axes must be those of the body.
-        Of several hard irons the one of `longest` is written.
+        ``CAL_MAG``, gauss. PX4 corrects samples by M (sample - offset). ``XSCALE`` to ``ZSCALE``
+        are the diagonal of M; ``XODIAG``, ``YODIAG`` and ``ZODIAG`` are its elements xy, xz and yz.
+        The sensor must have the axes of the body. If there are several hard irons, the hard iron of
+        group `longest` is written.
     """
     offset, matrix = _offset_and_matrix(calibration, 1e2, doubtful)
     names = [f"CAL_MAG{instance}_{axis}OFF" for axis in _AXES]
@@ -102,9 +103,10 @@ def to_ardupilot(
     Returns
     -------
     str
-        ``COMPASS_OFS``, milligauss, with ArduPilot's sign: it corrects by E (sample + offset),
-        ``COMPASS_DIA`` the diagonal of E and ``COMPASS_ODI_X``, ``_Y``, ``_Z`` its elements xy, xz,
-        yz. Of several hard irons the one of `longest` is written.
+        ``COMPASS_OFS``, milligauss, with ArduPilot's sign: samples are corrected by E (sample +
+        offset). ``COMPASS_DIA`` is the diagonal of E; ``COMPASS_ODI_X``, ``_Y`` and ``_Z`` are its
+        elements xy, xz and yz. If there are several hard irons, the hard iron of group `longest` is
+        written.
     """
     offset, matrix = _offset_and_matrix(calibration, 0.1, doubtful)
     number = "" if compass == 1 else str(compass)
@@ -120,7 +122,7 @@ def to_ardupilot(
 def _offset_and_matrix(
     calibration: MagnetometerCalibration, microtesla: float, doubtful: bool
 ) -> tuple[Floats, Floats]:
-    """Return the hard iron in a unit of so many microtesla, and the inverse of the soft iron."""
+    """Return the hard iron in a unit of a given size in uT, and the inverse of the soft iron."""
     if calibration.unit not in MICROTESLA:
         raise ValueError(
             make_sentence(

@@ -1,4 +1,4 @@
-"""Faults of a magnetometer's samples that are found before any fit."""
+"""Faults of a magnetometer's samples, detected before the fit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from zerorate.numerals import shorten
 from zerorate.types import Booleans, Floats
 
 _MIN_TURN_RATE_RAD_S: Final = np.radians(20.0)
-"""rad/s above which a reading changes from sample to sample."""
+"""Rate, rad/s, above which a working axis changes from sample to sample."""
 _MIN_CLIPPED_SHARE: Final = 0.01
 _MIN_READINGS: Final = 10
 _MAX_CLIPPED_SHARE: Final = 0.2
@@ -32,10 +32,10 @@ def describe_stuck_axes(mag: Floats) -> tuple[str, ...]:
 
 
 def find_clipped(mag: Floats, gyro: Floats) -> tuple[Booleans, list[str], list[str]]:
-    """Return the mask of samples at the end of the range, with problems and notes about them.
+    """Return the mask of saturated samples, with problems and notes about them.
 
-    An axis that stays at its largest or smallest reading while the sensor turns and others change
-    is at the end of its range.
+    An axis is saturated if it stays at its largest or smallest reading while the sensor rotates and
+    the other axes change.
     """
     fresh: Booleans = np.asarray(np.isfinite(mag).all(axis=1))
     fresh[1:] &= np.any(mag[1:] != mag[:-1], axis=1)

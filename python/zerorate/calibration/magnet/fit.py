@@ -1,7 +1,8 @@
-"""Joint fit of hard iron, soft iron and field, its standard errors, and the scatter it leaves.
+"""Joint fit of hard iron, soft iron and field, its standard errors, and the remaining scatter.
 
-All in units of the field's median size. The model of a tick is y = D Bᵀ h + b: B the mean rotation
-from the sensor to the gyro's frame, h the field there, which goes on every 20 s.
+All values are in units of the field's median size. The model of a tick is y = D Bᵀ h + b. B is the
+mean rotation from the sensor to the gyro's frame. h is the field in this frame, with a new value
+every 20 s.
 """
 
 from __future__ import annotations
@@ -16,10 +17,10 @@ from zerorate.calibration.magnet.ticks import Ticks
 from zerorate.types import Floats, Integers
 
 _WINDOW_TICKS: Final = 200
-"""Ticks in which the field is one."""
+"""Number of ticks with one field."""
 _SOFT_PRIOR_SIGMA: Final = 0.2
 KNOWN_SIGMA: Final = 0.10
-"""Standard deviation of a direction of the hard iron that is known."""
+"""Largest standard deviation of a hard iron along a known direction."""
 _MAX_SOFT_SIGMA_RATIO: Final = 0.3
 _UNMODELLED_SIGMA: Final = 0.03
 
@@ -37,7 +38,7 @@ def _make_basis() -> Floats:
 
 
 BASIS: Final = _make_basis()
-"""Orthonormal matrices of no trace: two of scale, three symmetric, three antisymmetric."""
+"""Orthonormal matrices without trace: two of scale, three symmetric, three antisymmetric."""
 SCALE: Final = (0, 1)
 SYMMETRIC: Final = (0, 1, 2, 3, 4)
 ROTATION: Final = (5, 6, 7)
@@ -53,15 +54,15 @@ class Fit:
     iron : ndarray, shape (g, 3)
         Hard iron of each group.
     elements : ndarray, shape (8,)
-        Of D - 1 in `BASIS`, zero where not fitted.
+        Elements of D - 1 in `BASIS`, zero if not fitted.
     fields : ndarray, shape (w, 3)
-        Of each window of 20 s that has ticks.
+        Field in each window of 20 s with ticks.
     window : ndarray of int, shape (n,)
-        Of each tick.
+        Window of each tick.
     scatter : float
-        RMS of an axis.
+        RMS residual of an axis.
     weights : ndarray, shape (n,)
-        Of each tick, at most 1.
+        Weight of each tick, at most 1.
     """
 
     iron: Floats
@@ -78,22 +79,22 @@ class Fit:
 
 
 def soft_iron_matrix(elements: Floats) -> Floats:
-    """Return D of its elements."""
+    """Return D from its elements."""
     matrix: Floats = np.eye(3) + np.tensordot(elements, BASIS, axes=1)
     return matrix
 
 
 def fit(ticks: Ticks, group: Integers, soft: tuple[int, ...] = ()) -> Fit:
-    """Return hard iron of each group and the given elements of D, by Gauss-Newton rounds.
+    """Return the hard iron of each group and the given elements of D, by Gauss-Newton.
 
     Parameters
     ----------
     ticks : Ticks
-        In order.
+        Ticks in the order of time.
     group : ndarray of int, shape (n,)
-        From 0 on.
+        Group of each tick, from 0.
     soft : tuple of int
-        Which elements of `BASIS` are fitted.
+        Indices of the fitted elements of `BASIS`.
     """
     window = np.unique(ticks.number // _WINDOW_TICKS, return_inverse=True)[1]
     basis = BASIS[list(soft)]
@@ -108,9 +109,9 @@ def fit(ticks: Ticks, group: Integers, soft: tuple[int, ...] = ()) -> Fit:
 def covariance(ticks: Ticks, group: Integers, iron_fit: Fit, soft: tuple[int, ...] = ()) -> Floats:
     """Return the covariance of all elements of D and of the hard irons, shape (8 + 3 g, 8 + 3 g).
 
-    Not noise limits it but the places: a field that varies with the place, and a place that goes
-    with the pose, look like iron. A group counts for as many independent observations as it has
-    tens of seconds, at most four. Elements of D that were not fitted may be a few per cent.
+    Places limit the accuracy, not noise: a field that varies with the place looks like iron if the
+    place changes with the pose. A group counts as one independent observation per ten seconds, at
+    most four. Elements of D that were not fitted get a standard deviation of 3 %.
     """
     sigmas = [_SOFT_PRIOR_SIGMA if k in soft else _UNMODELLED_SIGMA for k in range(len(BASIS))]
     parts = (iron_fit.iron, iron_fit.elements, iron_fit.fields, iron_fit.scatter, iron_fit.weights)
@@ -139,7 +140,7 @@ def zero_unknown_directions(values: Floats, matrix: Floats, groups: int) -> Floa
 
 
 def soft_sigma_ratios(matrix: Floats, soft: tuple[int, ...]) -> Floats:
-    """Return deviations of elements over their prior's."""
+    """Return the standard deviations of elements, over the prior's standard deviations."""
     ratios: Floats = np.sqrt(np.diagonal(matrix)[list(soft)]) / _SOFT_PRIOR_SIGMA
     return ratios
 
@@ -148,15 +149,15 @@ MAX_SOFT_SIGMA_RATIO: Final = _MAX_SOFT_SIGMA_RATIO
 
 
 def block_length(n: int) -> int:
-    """Return the ticks of a block of unseen scatter, for n ticks."""
+    """Return the number of ticks in a held-out block, for n ticks."""
     return int(np.clip(n // 16, 100, 300)) if n > 2400 else int(np.clip(n // 8, 20, 100))
 
 
 def held_out_squares(ticks: Ticks, group: Integers, soft: tuple[int, ...] | None) -> Floats:
-    """Return the squared residual of each tick in blocks that the fit had not seen, shape (n,).
+    """Return the squared residual of each tick in held-out blocks, shape (n,).
 
-    Four folds of interleaved blocks. In a block the field is its own. None for ``soft`` is of raw
-    samples.
+    Four folds of interleaved blocks are left out in turn. Each block has its own field. If ``soft``
+    is None, raw samples are used.
     """
     fold = np.empty(ticks.n, dtype=np.int64)
     block = np.empty(ticks.n, dtype=np.int64)
@@ -196,5 +197,5 @@ def _block_squares(ticks: Ticks, iron: Floats, matrix: Floats, block: Integers) 
 
 
 def robust_rms(squares: Floats) -> float:
-    """Return the scatter of an axis, single squares limited to fifty medians."""
+    """Return the scatter of an axis, with each square limited to fifty medians."""
     return float(np.sqrt(np.minimum(squares, 50.0 * np.median(squares)).mean()))

@@ -1,4 +1,4 @@
-"""Result of a magnetometer's fit: coefficients, their errors, and advice."""
+"""Result of a magnetometer's fit: parameters, their errors, and advice."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def sphere_result(
     note: str,
     source: str,
 ) -> MagnetometerCalibration:
-    """Return the calibration that a sphere through the field gives; hard iron alone."""
+    """Return the calibration from a sphere through the field, with hard iron only."""
     unknown = Coefficient(0.0, identifiable=False, upper_bound=np.inf)
     norm = 1.0 if sphere_fit is None else sphere_fit.norm
     matrix, irons, field, advice = np.eye(11), (unknown,) * 3, unknown, []
@@ -72,7 +72,7 @@ def sphere_result(
 
 
 def median_field(choice: IronChoice) -> float:
-    """Return the median size of the fitted field, in that of the samples."""
+    """Return the median magnitude of the fitted field, in the unit of the samples."""
     return float(np.median(np.linalg.norm(choice.fit.fields, axis=1)))
 
 
@@ -85,7 +85,7 @@ def gyro_result(
     notes: tuple[str, ...],
     source: str,
 ) -> MagnetometerCalibration:
-    """Return the calibration that a fit against the gyro gives, with its advice."""
+    """Return the calibration from a fit with the gyro, with advice."""
     known: dict[str, Any] = {"norm": ticks.norm, "unit": unit, "notes": notes, "source": source}
     unknown = Coefficient(0.0, identifiable=False, upper_bound=np.inf)
     last = begin + float(ticks.number[-1] + 1) / 10.0
@@ -143,7 +143,7 @@ def gyro_result(
 
 
 def _field_residuals(ticks: Ticks, choice: IronChoice) -> Floats:
-    """Return the residual field of each second, relative to the field of the nearest fit."""
+    """Return the residual field of each second relative to the nearest window's field."""
     group = np.zeros(ticks.n, dtype=np.int64)
     for span in choice.spans:
         group[span.tick_indices(ticks)] = span.group
@@ -196,7 +196,7 @@ def _soft_iron_matrix(elements: Floats, sigmas: Floats) -> Matrix:
 
 
 def _rotation_vector(choice: IronChoice) -> Vector:
-    """Return the rotation vector of a fit of everything: of the antisymmetric elements."""
+    """Return the rotation vector from the antisymmetric elements of a fit of all elements."""
     xy, xz, yz = choice.rotation / np.sqrt(2.0)
     sigmas = choice.rotation_sigma / np.sqrt(2.0)
     values, order = (-yz, xz, -xy), sigmas[::-1]
@@ -210,7 +210,7 @@ def _rotation_vector(choice: IronChoice) -> Vector:
 def _field_and_dip(
     choice: IronChoice, matrix: Floats, norm: float
 ) -> tuple[Coefficient, Coefficient]:
-    """Return size and dip of the mean field, with the uncertainty by hard and soft iron."""
+    """Return magnitude and dip of the mean field, with their errors from hard and soft iron."""
     fields = choice.fit.fields
     h, back = fields.mean(axis=0), choice.ticks.inverse_rotation
     turn = choice.ticks.rotation

@@ -1,4 +1,4 @@
-"""Spans of one hard iron each, and groups of spans that share one."""
+"""Spans with a constant hard iron, and groups of spans with the same hard iron."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from zerorate.types import Floats, Integers
 
 _WALK_STRENGTHS: Final = (0.5, 2.0, 8.0)
 _TICKS_PER_S: Final = 10
-"""Ticks of a second."""
+"""Ticks per second."""
 _MIN_SPAN_S: Final = 5.0
 _MIN_CHI_SQUARED: Final = 16.0
 
 
 @dataclass(frozen=True)
 class Span:
-    """Seconds in which the hard iron is one.
+    """Interval with a constant hard iron.
 
     Parameters
     ----------
     start, stop
-        Seconds since the first sample.
+        Start and stop, s, since the first sample.
     kind
         "informative", "still" (too little rotation for the iron) or "disturbed".
     group
-        Which of the hard irons is its own.
+        Index of its hard iron.
     """
 
     start: float
@@ -41,7 +41,7 @@ class Span:
     group: int = 0
 
     def tick_indices(self, ticks: Ticks) -> Integers:
-        """Return the places of its ticks."""
+        """Return the indices of the span's ticks."""
         second = ticks.number // _TICKS_PER_S
         return np.flatnonzero((second >= self.start) & (second < self.stop))
 
@@ -64,7 +64,7 @@ class _Member:
 
 
 def partition_spans(ticks: Ticks) -> list[Span]:
-    """Return the spans of least cost, of the walk of the field that has most evidence."""
+    """Return the spans of least cost, for the walk of the field with the most evidence."""
     partitions = magnet_partition(
         ticks.number, ticks.rotated_field, ticks.rotation, estimate_noise(ticks), _WALK_STRENGTHS
     )
@@ -108,7 +108,7 @@ def _fit_member(ticks: Ticks, spans: list[Span], which: tuple[int, ...]) -> _Mem
 
 
 def _merge_members(ticks: Ticks, spans: list[Span], members: list[_Member]) -> list[_Member]:
-    """Merge the two nearest groups until all differ: a magnet that goes leaves the old iron."""
+    """Merge the two nearest groups until all differ: a removed magnet leaves the old iron."""
     members = list(members)
     while len(members) > 1:
         pairs = [
@@ -132,9 +132,9 @@ def _distance(first: _Member, second: _Member) -> float:
 
 
 def assign_groups(ticks: Ticks, spans: list[Span], iron_fit: Fit, group: Integers) -> list[Span]:
-    """Give every other span the hard iron that keeps the field of the informative one next to it.
+    """Give every other span the hard iron that keeps the field of the nearest informative span.
 
-    ``iron_fit`` and ``group`` are of the ticks of informative spans.
+    ``iron_fit`` and ``group`` refer to the ticks of informative spans.
     """
     second = ticks.number[
         np.concatenate([s.tick_indices(ticks) for s in spans if s.kind == "informative"])

@@ -1,4 +1,4 @@
-"""Hard iron without a gyro: the centre of a sphere through samples of all directions."""
+"""Hard iron without a gyro: the centre of a sphere through samples in all directions."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from zerorate.types import Floats
 
 _ITERATIONS: Final = 10
 _MIN_DIRECTION_VARIANCE: Final = 0.10
-"""Least variance of the directions along any axis: evenly spread ones have a third."""
+"""Smallest variance of the directions along any axis; evenly spread directions have a third."""
 _MIN_RADIUS: Final = 0.3
-"""Radius of a sphere that is more than the noise of one direction."""
+"""Smallest radius of a sphere, relative to the samples' size: below it only noise was fitted."""
 _MAX_SCATTER_RATIO: Final = 0.40
 _PRIOR_SIGMA: Final = 1.0
 _MIN_SCATTER: Final = 0.01
@@ -26,15 +26,15 @@ class Sphere:
     Parameters
     ----------
     iron : ndarray, shape (3,)
-        Its centre.
+        Centre of the sphere.
     radius
-        Its size.
+        Radius of the sphere.
     covariance : ndarray, shape (3, 3)
-        Of the centre.
+        Covariance of the centre.
     raw, left
-        RMS of the samples' size about its mean, as they are and about the centre.
+        RMS of the samples' size about its mean: of raw samples, and of samples minus the centre.
     covered
-        True if the samples point everywhere.
+        True if the samples point in all directions.
     norm
         Median size of the samples, in their unit.
     """
@@ -54,7 +54,7 @@ class Sphere:
 
 
 def fit_sphere(field: Floats, seconds: float) -> Sphere:
-    """Return the sphere through samples, shape (n, 3), none of them missing, of so many seconds."""
+    """Return the sphere through complete samples, shape (n, 3), over a duration in s."""
     norm = float(np.median(np.linalg.norm(field, axis=1)))
     m = field / norm
     rows = np.column_stack([2.0 * m, np.ones(len(m))])

@@ -1,4 +1,4 @@
-"""Ticks of a tenth of a second: the field in the sensor, and turned into a frame of the gyro."""
+"""Ticks of a tenth of a second: mean field in the sensor's axes and in a frame of the gyro."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ import numpy as np
 from zerorate.types import Booleans, Floats, Integers
 
 TICK_S: Final = 0.1
-"""Seconds."""
+"""Length of a tick, s."""
 _MIN_ROTATION_RMS: Final = 0.3
-"""RMS of R about its mean in a window that turns."""
+"""Smallest RMS of R about its mean in a window with rotation."""
 _WINDOW_TICKS: Final = 20
-"""Ticks of a window for the noise."""
+"""Number of ticks in a window for the noise."""
 
 
 @dataclass(frozen=True, eq=False)
 class Ticks:
-    """Means of n ticks, fields in units of their median size.
+    """Means over n ticks; fields are in units of their median size.
 
     Parameters
     ----------
     number : ndarray of int, shape (n,)
-        Which tick since the first sample: those without samples are left out.
+        Number of each tick since the first sample; ticks without samples are left out.
     rotated_field : ndarray, shape (n, 3)
-        Mean of R m, R from the sensor to a frame that the gyro holds.
+        Mean of R m. R rotates from the sensor to a frame that the gyro holds.
     rotation : ndarray, shape (n, 3, 3)
         Mean of R.
     field : ndarray, shape (n, 3)
@@ -43,7 +43,7 @@ class Ticks:
 
     @property
     def n(self) -> int:
-        """Number of ticks that have samples."""
+        """Number of ticks with samples."""
         return len(self.number)
 
     @property
@@ -64,16 +64,16 @@ class Ticks:
 
 
 def average_ticks(seconds: Floats, rotation: Floats, field: Floats) -> Ticks:
-    """Return the means of R m, R and m over each tick that has half of its usual samples.
+    """Return the means of R m, R and m over each tick with half of its usual samples.
 
     Parameters
     ----------
     seconds : ndarray, shape (n,)
-        Of the samples, since the first.
+        Times of the samples since the first one, s.
     rotation : ndarray, shape (n, 3, 3)
-        From the sensor to a frame that the gyro holds.
+        Rotation from the sensor to a frame that the gyro holds.
     field : ndarray, shape (n, 3)
-        The magnetometer, NaN where it has no sample.
+        Samples of the magnetometer, NaN where missing.
     """
     present = np.isfinite(field).all(axis=1) & np.isfinite(rotation[:, 0, 0])
     present &= np.any(field != 0.0, axis=1)
@@ -103,9 +103,9 @@ def average_ticks(seconds: Floats, rotation: Floats, field: Floats) -> Ticks:
 
 
 def estimate_noise(ticks: Ticks) -> float:
-    """Return the variance of an axis of a tick, from windows in which the sensor turns.
+    """Return the variance of an axis of a tick, from windows with rotation.
 
-    A low quantile of the windows counts: those with a disturbance lie above.
+    It is a low quantile over the windows, because disturbances increase the variance.
     """
     variances = []
     for start in range(0, ticks.n - _WINDOW_TICKS + 1, _WINDOW_TICKS):

@@ -1,1 +1,1 @@
-"""A gyro's rate: integrated to an angle, and fitted to a rate table or to an encoder."""
+"""A gyro's rate: integration to an angle, and fit to a rate table or an encoder."""

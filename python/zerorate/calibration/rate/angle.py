@@ -36,22 +36,22 @@ class Integrated(OneArray, Result):
     Attributes
     ----------
     angle : ndarray, shape (n,)
-        For one axis, the angle since the first sample, rad; for three, the angle between the
-        orientation and the first one, 0 to pi.
+        For one axis: angle since the first sample, rad. For three axes: angle between the
+        orientation and the first orientation, 0 to pi.
     quaternion : ndarray, shape (n, 4), or None
-        For three axes: unit quaternions w, x, y, z that turn vectors of the body at that sample
-        into its axes at the first one.
+        For three axes: unit quaternions w, x, y, z. They rotate vectors from the body's axes at a
+        sample to its axes at the first sample. None for one axis.
     sigma : ndarray, shape (n,) or (n, 3), or None
-        Standard deviation of the angle, rad; for three axes, of the rotation about each axis
-        of the body at the first sample. None if no noise was given.
+        Standard deviation of the angle, rad. For three axes: of the rotation about each axis of the
+        body at the first sample. None if no noise was given.
     bridged : ndarray of bool, shape (n,)
         Mask of missing samples.
     rate : float
         Samples per second, Hz.
     method : str
-        The given method.
+        Method of integration.
     notes : tuple of str
-        Sentences on errors that `sigma` leaves out, and on missing samples.
+        Sentences on missing samples, and on errors that `sigma` does not include.
 
     Examples
     --------
@@ -83,53 +83,53 @@ def integrate(
     rate_random_walk: npt.ArrayLike | None = None,
     bias_sigma: npt.ArrayLike | None = None,
 ) -> Integrated:
-    """Integrate an angular rate, about one axis or three, and estimate the error of the result.
+    """Integrate an angular rate about one or three axes, and estimate the error of the result.
 
     Parameters
     ----------
     z : Log, or array_like of shape (n,), (n, 1) or (n, 3)
-        Rate without its bias.
+        Rate with its bias removed.
     rate : float, optional
-        Samples per second of an array, Hz. A log has its own rate and timestamps.
+        Sampling rate of an array, Hz. A log has its own rate and timestamps.
     method : {"coning", "trapezoid", "backward-euler"}
-        Rate used for a step: "backward-euler", the rate at its end; "trapezoid", the mean of the
-        rates at both ends; "coning" (default), the mean and, for three axes, a correction for the
-        motion of the axis during the step. About one axis the last two are the same.
+        Rate during a step. "backward-euler": rate at the end. "trapezoid": mean of the rates at
+        both ends. "coning" (default): the mean; for three axes plus a correction for the motion of
+        the axis during the step. About one axis the last two are equal.
     unit : str, optional
-        Unit of `z`. Default: a log's, else rad/s.
+        Unit of `z`. Default: the unit of the log, or rad/s for arrays.
     noise : NoiseModel, optional
-        Noise of each axis, for `sigma`: N and K; bias instability counts as a constant bias of
-        0.664 B.
+        Noise of each axis, for `sigma`. N and K are used. Bias instability B is added as a constant
+        bias of 0.664 B.
     angle_random_walk, rate_random_walk : float or array_like, shape (3,), optional
-        N in rad/s/sqrt(Hz) and K in rad/s/sqrt(s), instead of those of `noise`.
+        N in rad/s/sqrt(Hz) and K in rad/s/sqrt(s). They replace the values of `noise`.
     bias_sigma : float or array_like, shape (3,), optional
-        Standard deviation of the bias that was removed, rad/s.
+        Standard deviation of the removed bias, rad/s.
 
     Returns
     -------
     Integrated
-        With `angle`, `orientation`, `sigma` and `bridged`.
+        Result with `angle`, `orientation`, `sigma` and `bridged`.
 
     Raises
     ------
     ValueError
         If `z` has another shape, fewer than two samples or an axis without samples, or an argument
-        is not as described. A log without a unit of angular rate raises LogError, a ValueError.
+        is not as described. LogError, a ValueError, if the unit of a log is not an angular rate.
 
     Notes
     -----
     Without rotation, `sigma` is the root of N^2 t + bias_sigma^2 t^2 + K^2 t^3/3. For three axes
-    the errors are propagated through the orientation, so that a bias about x counts along the
-    directions of x. `sigma` includes the noise, but not the method's error during motion faster
-    than the sampling.
+    the errors are propagated through the orientation: a bias about x acts along the changing
+    direction of x. `sigma` does not include the error of the method in motion faster than the
+    sampling.
 
-    A missing sample is bridged by a line between its neighbours, or holds the nearest one at an
-    end. The error of the bridge is measured on the record: stretches of the same length without a
-    gap are bridged in the same way. Their RMS angle error is added to `sigma` after the gap. If no
-    stretch is long enough, the standard deviation of all rates times the gap's length is used.
+    Missing samples are interpolated linearly. At an end of the record the nearest sample is held.
+    The error is measured on the record: intervals of the same length without a gap are interpolated
+    in the same way. Their RMS angle error is added to `sigma` after the gap. If no interval is long
+    enough, the error is the standard deviation of all rates times the gap's length.
 
-    Coning: the step is (w0 + w1) dt/2 + (w0 x w1) dt^2/12, exact to third order for a rate that
-    changes evenly: J. E. Bortz, "A new mathematical formulation for strapdown inertial
+    Coning: the step is (w0 + w1) dt/2 + (w0 x w1) dt^2/12. It is exact to third order for a rate
+    that changes linearly: J. E. Bortz, "A new mathematical formulation for strapdown inertial
     navigation", IEEE Trans. Aerosp. Electron. Syst. 7(1), 1971.
 
     Examples
@@ -162,7 +162,7 @@ def integrate(
 
 @dataclass(frozen=True, eq=False)
 class _Record:
-    """Rates in rad/s, shape (n, 1) or (n, 3), their rate in Hz and the seconds between them."""
+    """Rates in rad/s, shape (n, 1) or (n, 3), their sampling rate in Hz and the steps in s."""
 
     rates: Floats
     rate: float
@@ -202,7 +202,7 @@ def _resolve_unit(log: Log, unit: str | None) -> str:
 
 
 def _sum_steps(rates: Floats, steps: Floats, method: IntegrationMethod) -> Floats:
-    """Return the angle about one axis, where a step of coning is that of the trapezoid."""
+    """Return the angle about one axis; "coning" equals "trapezoid" here."""
     ends = rates[1:] if method == "backward-euler" else 0.5 * (rates[1:] + rates[:-1])
     return np.concatenate(([0.0], np.cumsum(ends * steps)))
 
@@ -214,7 +214,7 @@ def _rate_errors(
     walk: npt.ArrayLike | None,
     bias: npt.ArrayLike | None,
 ) -> tuple[RateErrors | None, list[str]]:
-    """Return the errors of k axes, and sentences on omitted errors."""
+    """Return the errors of k axes, and sentences on errors that are not included."""
     if noise is None and white is None and walk is None and bias is None:
         return None, []
     if noise is not None and noise.quantity != "angular rate":

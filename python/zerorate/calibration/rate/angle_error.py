@@ -11,7 +11,7 @@ from zerorate.geometry.rotations import to_matrices
 from zerorate.types import Floats
 
 _BLOCK_SAMPLES: Final = 1 << 16
-"""Samples at once: a day at 1 kHz must not fill the memory with matrices."""
+"""Number of samples processed at once: a day at 1 kHz must not fill the memory with matrices."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,9 +23,9 @@ class RateErrors:
     white
         Angle random walk N.
     bias
-        Standard deviation of a constant bias.
+        Standard deviation of the constant bias.
     walk
-        Rate random walk K, from zero at the first sample.
+        Rate random walk K; the walk starts at zero at the first sample.
     """
 
     white: Floats
@@ -38,25 +38,25 @@ def angle_sigma(
 ) -> Floats:
     """Return the standard deviation of the angle about each axis of the first sample.
 
-    An error w of the rate in the body turns the result by the integral of R w, R the orientation.
-    With C the integral of R, a constant bias b counts C b, and a random walk K that starts at time
-    s counts C(t) - C(s) from there on. Without turning that is N sqrt(t), b t and K sqrt(t^3/3).
+    A rate error w in the body rotates the result by the integral of R w; R is the orientation. Let
+    C be the integral of R. A constant bias b contributes C b. A step of the random walk at time s
+    contributes C(t) - C(s). Without rotation the errors are N sqrt(t), b t and K sqrt(t^3/3).
 
     Parameters
     ----------
     orientation
         Quaternions, shape (n, 4), or None for a single axis.
     steps
-        Seconds from each sample to the next, shape (n - 1,).
+        Time from each sample to the next, s, shape (n - 1,).
     errors
-        Those of k axes.
+        Rate errors of k axes.
     gaps
-        Variance of the angle that a gap adds at each sample, shape (n, k), rad^2.
+        Variance of the angle added by a gap at each sample, shape (n, k), rad^2.
 
     Returns
     -------
     ndarray, shape (n, k)
-        rad.
+        Standard deviation, rad.
     """
     n, k = gaps.shape
     variance = np.empty((n, k))
@@ -71,7 +71,7 @@ def angle_sigma(
 
 
 class _Integrals:
-    """Integrals up to a sample of R, C, the squares of both elements by elements, and gaps."""
+    """Integrals of R, C, their elementwise squares, and gaps up to a sample."""
 
     def __init__(self, k: int) -> None:
         zeros = np.zeros((k, k))
@@ -80,7 +80,7 @@ class _Integrals:
         self._gaps, self._time = np.zeros(k), 0.0
 
     def advance(self, R: Floats, dt: Floats, errors: RateErrors, gaps: Floats) -> Floats:
-        """Return variances at the next samples, shape (m, k)."""
+        """Return the variances at the next samples, shape (m, k)."""
         before = R[:1] if self._R is None else self._R
         after_R = np.concatenate((before, R))
         C = _cumulative_integral(after_R, dt, self._C)
@@ -100,7 +100,7 @@ class _Integrals:
 
 
 def _multiply_variances(squares: Floats, variances: Floats) -> Floats:
-    """Return squares @ variances sample by sample, infinite also where a square is zero."""
+    """Return squares @ variances for each sample; zero times infinity is infinite."""
     if np.isfinite(variances).all():
         products: Floats = np.einsum("nij,nj->ni", squares, variances)
         return products

@@ -1,4 +1,4 @@
-"""Missing samples of an integrated rate: bridged by a line, with the error of the bridge."""
+"""Missing samples of an integrated rate: linear interpolation, and its error."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from zerorate.record.runs import runs
 from zerorate.types import Booleans, Floats
 
 _MAX_EXACT_LENGTH: Final = 16
-"""Samples up to which each length of a gap is tried by itself, beyond in steps of a fifth."""
+"""Gap length in samples up to which each length is tested; longer gaps in steps of a fifth."""
 _MIN_EXTRA_WINDOWS: Final = 10
-"""Windows, beyond one for each sample of the gap, that an error is taken from."""
+"""Number of windows for an error estimate, in addition to one for each sample of the gap."""
 
 
 class BridgedRates(NamedTuple):
-    """Rates without gaps, shape (n, k), and the variance of the angle that each gap adds."""
+    """Rates without gaps, shape (n, k), and the variance of the angle added by each gap."""
 
     rates: Floats
     missing: Booleans
@@ -25,25 +25,25 @@ class BridgedRates(NamedTuple):
 
 
 def bridge(rates: Floats, dt: float) -> BridgedRates:
-    """Return rates in which lines join the samples at both sides of a gap.
+    """Return the rates with gaps interpolated linearly.
 
     At the ends of the record the nearest sample is held.
 
-    What that costs is tried on the record itself: wherever as many samples are present, the same
-    line takes their place, and its error in the angle is seen. Where no stretch of the record is
-    long enough, any rate of the record may have been the one of the gap.
+    The error is measured on the record. Every interval of this length without a gap is interpolated
+    in the same way, which gives errors of the angle. If no interval is long enough, the rate in the
+    gap may have been any rate of the record.
 
     Parameters
     ----------
     rates
-        Shape (n, k), NaN or infinite where missing; each axis has a sample.
+        Rates, shape (n, k), NaN or infinite where missing; each axis has a sample.
     dt
-        Seconds from one sample to the next.
+        Sampling period, s.
 
     Returns
     -------
     Bridged
-        With the variances at the first sample of each gap, zero elsewhere, shape (n, k), in the
+        Rates, and variances at the first sample of each gap, zero elsewhere, shape (n, k), in the
         square of the rates' unit times seconds.
     """
     present = np.isfinite(rates)
@@ -69,7 +69,7 @@ def _round_up(length: int) -> int:
 
 
 class _GapTrial:
-    """Gaps tried on one axis where it has samples."""
+    """Gaps simulated on one axis where it has samples."""
 
     def __init__(self, rates: Floats, present: Booleans) -> None:
         self._rates = rates
@@ -79,7 +79,7 @@ class _GapTrial:
         self._cache: dict[tuple[int, bool], float] = {}
 
     def variance(self, length: int, inside: bool) -> float:
-        """Return the mean square of the sum's error of a gap of so many samples."""
+        """Return the mean square error of the sum for a gap of a given number of samples."""
         if (length, inside) not in self._cache:
             self._cache[length, inside] = self._measure(length, inside)
         return self._cache[length, inside]
@@ -99,5 +99,5 @@ class _GapTrial:
 
     def _bound_by_rates(self, length: int) -> float:
         rates = self._rates[self._present]
-        # One sample has no information on how fast it may have turned.
+        # A single sample has no information on the rate in the gap.
         return length**2 * float(np.var(rates)) if rates.size > 1 else math.inf

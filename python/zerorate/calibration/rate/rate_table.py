@@ -1,4 +1,4 @@
-"""Calibration of a gyro on a rate table: bias, scale, and non-linearity."""
+"""Calibration of a gyro on a rate table: bias, scale and non-linearity."""
 
 from __future__ import annotations
 
@@ -25,18 +25,20 @@ Term = Literal["quadratic", "cubic", "asymmetry"]
 
 TERMS: Final[tuple[Term, ...]] = ("quadratic", "cubic", "asymmetry")
 _MAX_SIZE_DIFFERENCE: Final = 0.01
-"""Part of a rate by which the sizes of two may differ and count as one."""
+"""Relative difference below which two rates have the same size."""
 _POWERS: Final[dict[Term, int]] = {"quadratic": 2, "cubic": 3, "asymmetry": 1}
 _CHANCE_SHARE: Final = 0.1
-"""Part of the best model's mean square below which an error is chance."""
+"""Share of the best model's mean square below which an error counts as chance."""
 _ROUNDING_SHARE: Final = 1e-12
-"""Part of the largest mean below which an error is rounding."""
+"""Share of the largest mean below which an error counts as rounding."""
 _MIN_TERM_SIGMAS: Final = 2.0
-"""Standard errors above which a term may be more than chance."""
+"""Smallest significant term, in its standard errors."""
 _MAX_SLOPE_CHANGE: Final = 0.5
-"""Most that the terms may add to the slope, over the scale: twice as much has two inverses."""
+"""Largest change of slope by the terms, over the scale; at twice this value the inverse is
+ambiguous.
+"""
 _ITERATIONS: Final = 60
-"""Steps of the fixed point, each at least halving the error: all digits of a double."""
+"""Number of steps of the fixed point iteration; each at least halves the error."""
 
 
 @dataclass(frozen=True)
@@ -44,28 +46,28 @@ class RateTableAxis:
     """Response of one gyro axis to angular rate, with standard errors.
 
     ``output = bias + scale w + cross w' + quadratic w^2 + cubic w^3 + asymmetry |w|``. A term that
-    was not chosen is zero, not identifiable, and has a bound.
+    was not chosen is zero and not identifiable; it has an upper bound.
 
     Parameters
     ----------
     bias : Coefficient
-        Output at rest, in the unit of the output.
+        Output at rest, unit of the output.
     scale : Coefficient
-        Output per rate.
+        Change of the output per rate.
     cross : tuple of Coefficient
-        Output per rate about each of the other axes, in their order; empty if the table turned
-        about a single axis.
+        Change of the output per rate about each of the other axes, in their order. Empty if the
+        table rotated about a single axis.
     quadratic, cubic, asymmetry : Coefficient
-        Non-linear terms. The scale is ``scale + asymmetry`` for positive rates, ``scale -
-        asymmetry`` for negative ones.
+        Non-linear terms. The slope is ``scale + asymmetry`` for positive rates and ``scale -
+        asymmetry`` for negative rates.
     terms : tuple of str
-        Names of the chosen ones among the last three.
+        Names of the chosen non-linear terms.
     chi_squared : float
-        Chi-squared of the residuals, per degree of freedom; NaN where no sigma was given.
+        Chi-squared of the residuals per degree of freedom; NaN if no sigma was given.
     degrees_of_freedom : int
         Number of means minus number of coefficients.
     nonlinearity : float
-        Largest distance of a mean from the best straight line, over the line's output at the
+        Largest distance of a mean from the best straight line, divided by the line's output at the
         largest rate.
 
     Examples
@@ -99,9 +101,9 @@ class RateTable(Result):
     axes : tuple of RateTableAxis
         Axes of the gyro, one or three.
     rates, means, sigma : ndarray, shape (m, k)
-        The table: rates, means of the output, and their standard errors in the fit.
+        The table: rates, means of the output, and standard errors of the means.
     residuals : ndarray, shape (m, k)
-        Means minus the responses of the axes to the rates.
+        Means minus the fitted output.
 
     Examples
     --------
@@ -126,30 +128,31 @@ class RateTable(Result):
     residuals: Floats
 
     def predict(self, rates: npt.ArrayLike) -> Floats:
-        """Return the output at these rates, shape (..., k) or any of one axis.
+        """Return the output at given rates, shape (..., k), or any shape for one axis.
 
-        Beyond the rates of the table, terms are extended linearly.
+        Outside the rates of the table, the response continues as its tangent.
         """
         w = self._reshape("rates", rates)
         return (self._line(w) + self._bend(w)).reshape(np.shape(rates))
 
     def correct(self, z: npt.ArrayLike | Log) -> Floats | Log:
-        """Return the rates of which this is the output, in the unit of the table's rates.
+        """Return the rates that give an output, in the unit of the table's rates.
 
         Parameters
         ----------
         z : array_like or Log
-            Output: of any shape of one axis, (..., 3) of three; NaN stays NaN.
+            Output, any shape for one axis, (..., 3) for three axes. NaN stays NaN.
 
         Returns
         -------
         ndarray of the same shape, or Log of the same unit
-            By a fixed point, to rounding; beyond the rates of the table by the tangent.
+            Rates, exact up to rounding, by a fixed point iteration. Outside the rates of the table,
+            the response continues as its tangent.
 
         Raises
         ------
         ValueError
-            If the last dimension is not that of the axes.
+            If the last dimension is not the number of axes.
         """
         if isinstance(z, Log):
             return z.with_data(self._invert(self._reshape("z", z.data)))
@@ -200,43 +203,44 @@ def calibrate_rate_table(
     sigma: npt.ArrayLike | None = None,
     count: npt.ArrayLike | None = None,
 ) -> RateTable:
-    """Fit the response of a gyro to the rates of a table: bias, scale, and non-linearity if any.
+    """Fit the response of a gyro to rates of a table: bias, scale and non-linearity.
 
     Parameters
     ----------
     rates : array_like, shape (m,) or (m, 3)
-        Rates of the table, in any unit, each with its sign. For three axes, the rate about each
-        axis of the body: with rotations about all of them cross-axis terms are fitted, too.
+        Rates of the table with their signs, in any unit. For three axes: the rate about each axis
+        of the body. If the table rotated about all of them, cross-axis terms are fitted.
     means : array_like, the same shape
-        Mean output at each, in any unit.
+        Mean output at each rate, in any unit.
     sigma : float or array_like, optional
-        Standard error of each mean; with `count`, the standard deviation of a sample.
+        Standard error of each mean. With `count`: standard deviation of a single sample.
     count : int or array_like, optional
-        Samples of each mean. Alone, it gives the relative weights of the means.
+        Number of samples in each mean. Without `sigma`, it gives the relative weights of the means.
 
     Returns
     -------
     RateTable
-        With coefficients, the non-linearity, and `correct` for samples.
+        Coefficients and non-linearity of each axis; its `correct` corrects samples.
 
     Raises
     ------
     ValueError
-        If the shapes disagree, numbers are not finite, a sigma or count is not positive, there are
-        not more means than coefficients of a line, or all rates are equal; or if the terms bend the
-        line so much that it cannot be inverted.
+        If shapes disagree, numbers are not finite, or a sigma or count is not positive. Also if all
+        rates are equal, if there are not more means than coefficients of a line, or if the fitted
+        response cannot be inverted.
 
     Notes
     -----
-    ``output = b + S w + c2 w^2 + c3 w^3 + a |w|`` by weighted least squares. Standard errors are
-    multiplied by the root of the residuals' chi-squared per degree of freedom, where that is above
-    1 or no sigma was given: this includes the errors of the model.
+    ``output = b + S w + c2 w^2 + c3 w^3 + a |w|`` is fitted by weighted least squares. If
+    chi-squared per degree of freedom exceeds 1, or no sigma was given, standard errors are
+    multiplied by its root. They then include the errors of the model.
 
     Terms are chosen by prediction. Each absolute rate, with both signs, is left out and predicted
-    from the others; the smallest model is chosen whose error is within a standard error of the best
-    one's. Each of its terms is larger than two of its own standard errors.
+    from the others. The smallest model is chosen among the models within one standard error of the
+    best. Each chosen term exceeds two of its standard errors.
 
-    Rates of one sign cannot separate the asymmetry from the scale. The Earth's rate is in the bias.
+    Rates of one sign cannot separate the asymmetry from the scale. The bias contains the Earth's
+    rate.
 
     Examples
     --------
@@ -280,7 +284,7 @@ def _standard_errors(
     sigma: npt.ArrayLike | None,
     count: npt.ArrayLike | None,
 ) -> tuple[Floats, bool]:
-    """Return standard errors of the means, shape (m, k), and True if their size is known."""
+    """Return the standard errors of the means, shape (m, k), and True if a sigma was given."""
     deviation = _parse_positive("sigma", 1.0 if sigma is None else sigma, shape, given_shape)
     samples = _parse_positive("count", 1.0 if count is None else count, shape, given_shape)
     return deviation / np.sqrt(samples), sigma is not None
@@ -300,7 +304,7 @@ def _parse_positive(
 
 
 class _Table(NamedTuple):
-    """Rates about an axis and about the others that were turned, and the means of its output."""
+    """Rates about one axis and about the other rotated axes, and its mean outputs."""
 
     own: Floats
     cross: Floats
@@ -308,11 +312,11 @@ class _Table(NamedTuple):
     sigma: Floats
 
     def part(self, rows: Booleans) -> _Table:
-        """Return some of the rows."""
+        """Return a part of the rows."""
         return _Table(self.own[rows], self.cross[rows], self.means[rows], self.sigma[rows])
 
     def design(self, terms: Sequence[Term], largest: float) -> Floats:
-        """Return columns of rates over the largest one: 1, own, cross and terms."""
+        """Return the columns 1, own rate, cross rates and terms, relative to the largest rate."""
         w = self.own / largest
         bends = {"quadratic": w**2, "cubic": w**3, "asymmetry": np.abs(w)}
         columns = [np.ones_like(w), w, *(self.cross.T / largest), *(bends[t] for t in terms)]
@@ -320,7 +324,7 @@ class _Table(NamedTuple):
 
 
 class _Fit(NamedTuple):
-    """Coefficients of a design, their covariance by the given sigmas, and the residuals."""
+    """Coefficients of a design, their covariance from the given sigmas, and the residuals."""
 
     values: Floats
     covariance: Floats
@@ -329,7 +333,7 @@ class _Fit(NamedTuple):
 
 
 def _fit_axis(table: _Table, others: Booleans, sigma_known: bool) -> RateTableAxis:
-    """Return the fit of one axis; `others` says which other axes were turned about."""
+    """Return the fit of one axis; `others` is the mask of the other axes that were rotated."""
     largest = float(np.abs(table.own).max())
     if not np.ptp(table.own) > 0.0:
         raise ArgumentError(
@@ -366,7 +370,7 @@ def _fit_axis(table: _Table, others: Booleans, sigma_known: bool) -> RateTableAx
 
 
 def _fit_terms(table: _Table, terms: Sequence[Term], largest: float) -> _Fit | None:
-    """Return a weighted least squares fit; None where the rows do not determine it."""
+    """Return a weighted least squares fit; None if the rows do not determine it."""
     X = table.design(terms, largest) / table.sigma[:, None]
     y = table.means / table.sigma
     freedom = len(y) - X.shape[1]
@@ -382,7 +386,7 @@ def _fit_terms(table: _Table, terms: Sequence[Term], largest: float) -> _Fit | N
 def _scale_coefficients(
     fit: _Fit, terms: Sequence[Term], largest: float, sigma_known: bool
 ) -> list[Coefficient]:
-    """Return coefficients per unit of rate, their errors by the residuals."""
+    """Return the coefficients per unit of rate, with errors from the residuals."""
     lines = len(fit.values) - len(terms)
     powers = [0.0, *[1.0] * (lines - 1), *(_POWERS[term] for term in terms)]
     sigmas = np.sqrt(np.diagonal(fit.covariance)) * _inflation(fit, sigma_known)
@@ -391,7 +395,7 @@ def _scale_coefficients(
 
 
 def _inflation(fit: _Fit, sigma_known: bool) -> float:
-    """Return the factor by which standard errors are multiplied."""
+    """Return the factor of the standard errors."""
     return math.sqrt(max(fit.chi_squared, 1.0) if sigma_known else fit.chi_squared)
 
 
@@ -408,10 +412,10 @@ def _bound_term(
 
 
 def _choose_terms(table: _Table, largest: float) -> tuple[Term, ...]:
-    """Return the terms of the smallest model that predicts sizes of rate that it has not seen.
+    """Return the terms of the smallest model that predicts the rates left out.
 
-    Models compare by the logarithm of their errors' squares, size by size: one size that all
-    predict badly must not decide.
+    Models are compared by the logarithm of their squared errors, size by size: one size with bad
+    predictions by all models must not decide.
     """
     models = [m for count in range(len(TERMS) + 1) for m in combinations(TERMS, count)]
     significant = [m for m in models if _has_significant_terms(table, m, largest)]
@@ -430,7 +434,7 @@ def _choose_terms(table: _Table, largest: float) -> tuple[Term, ...]:
 
 
 def _has_significant_terms(table: _Table, terms: Sequence[Term], largest: float) -> bool:
-    """Return True if each term is larger than two standard errors."""
+    """Return True if each term exceeds two standard errors."""
     fit = _fit_terms(table, terms, largest)
     if fit is None:
         return False
@@ -440,9 +444,9 @@ def _has_significant_terms(table: _Table, terms: Sequence[Term], largest: float)
 
 
 def _held_out_errors(table: _Table, terms: Sequence[Term], largest: float) -> Floats | None:
-    """Return the mean square of the errors, in sigmas, of each size of rate left out.
+    """Return the mean square error, in sigmas, of each size of rate left out.
 
-    Without those at which this axis rests: there no term shows.
+    Rows with zero rate about this axis are not left out, because they contain no term.
     """
     squares = []
     sizes = _group_by_size(table)
@@ -458,7 +462,7 @@ def _held_out_errors(table: _Table, terms: Sequence[Term], largest: float) -> Fl
 
 
 def _group_by_size(table: _Table) -> Integers:
-    """Return a number for each row, the same where the rates have one size, shape (m,)."""
+    """Return the group of each row, shape (m,): rates in a group have the same size."""
     sizes = np.abs(np.column_stack((table.own, table.cross)))
     numbers = np.zeros(len(sizes), dtype=np.int64)
     for column in sizes.T:
@@ -479,7 +483,7 @@ def _nonlinearity(table: _Table, largest: float) -> float:
 
 
 def _bend(axis: RateTableAxis, w: Floats, largest: float) -> Floats:
-    """Return the sum of the terms beyond the line, above the largest rate by its tangent."""
+    """Return the sum of the non-linear terms; above the largest rate, their tangent."""
     inside = np.clip(w, -largest, largest)
     c2, c3, a = float(axis.quadratic), float(axis.cubic), float(axis.asymmetry)
     slope = 2.0 * c2 * inside + 3.0 * c3 * inside**2 + a * np.sign(inside)

@@ -1,4 +1,4 @@
-"""A gyro against a reference, an encoder or another gyro: scale, bias and lag with their errors."""
+"""Fit of a gyro to a reference, an encoder or another gyro: scale, bias and lag with errors."""
 
 from __future__ import annotations
 
@@ -24,15 +24,17 @@ from zerorate.views import Result
 
 _PART_COUNT: Final = 10
 _MAX_SIGMAS: Final = 3.0
-"""Standard errors beyond which the model itself is wrong."""
+"""Difference in standard errors above which the model is wrong."""
 _MAX_RELATIVE_SIGMA: Final = 0.3
-"""Standard error over the scale, or over the longest lag, above which nothing is known."""
+"""Largest standard error of an identifiable scale or lag, relative to the scale or to the longest
+lag.
+"""
 _MIN_WINDOW_SHARE: Final = 0.1
-"""Share of the windows that a direction needs to be fitted alone."""
+"""Smallest share of the windows for a fit of one direction alone."""
 _WINDOW_PIECES: Final = 8
-"""Of a window, within which nothing is seen of a turn to and fro."""
+"""Number of pieces of a window. A rotation forth and back within a piece is not detected."""
 _FULL_TURNS: Final = {"rad": 2.0 * math.pi, "deg": 360.0}
-"""A whole turn."""
+"""Full turn in each unit."""
 
 
 @dataclass(frozen=True)
@@ -48,18 +50,18 @@ class FittedRate(Result):
     lag : Coefficient
         Delay of the gyro, s.
     positive, negative : Coefficient
-        Scale from the windows with positive or with negative reference rates; each fit has its own
+        Scale from windows with positive, or with negative, reference rates. Each fit has its own
         bias.
     asymmetry : Coefficient
-        Scale of positive rates minus that of negative ones, with one bias.
+        Scale for positive rates minus scale for negative rates, with a common bias.
     residual : float
         RMS residual of the angle over a window, in the unit of the gyro times seconds.
     step : float
-        The smallest step between values of the reference angle; NaN for a reference rate.
+        Smallest step between values of the reference angle; NaN for a reference rate.
     window : float
-        Seconds.
+        Length of a window, s.
     notes : tuple of str
-        Sentences on failures of the model, and on unknown quantities.
+        Sentences on deviations from the model, and on unknown quantities.
 
     Examples
     --------
@@ -82,7 +84,10 @@ class FittedRate(Result):
     notes: tuple[str, ...]
 
     def correct(self, z: npt.ArrayLike) -> Floats:
-        """Return rates without bias and scale; the lag stays. NaN if the scale is not known."""
+        """Return rates corrected for bias and scale, but not for the lag.
+
+        NaN if the scale is unknown.
+        """
         scale = self.scale.value if self.scale.identifiable else math.nan
         corrected: Floats = (floats(z, "z") - self.bias.value) / scale
         return corrected
@@ -102,43 +107,43 @@ def fit_rate(
     Parameters
     ----------
     z : array_like, shape (n,), or Log of one channel
-        Rate by the gyro, NaN where missing.
+        Rate from the gyro, NaN where missing.
     rate : float, optional
-        Samples per second of arrays, Hz; a log has its own.
+        Sampling rate of arrays, Hz. A log has its own.
     angle : array_like, shape (n,), or Log of one channel, optional
-        True angle at the samples, of an encoder for instance, in the unit of `z` times seconds; a
+        True angle at the samples, for instance from an encoder, in the unit of `z` times seconds. A
         log in deg or rad is converted and unwrapped.
     reference : array_like, shape (n,), or Log of one channel, optional
-        True rate at the samples, instead of `angle`.
+        True rate at the samples, as an alternative to `angle`.
     window : float
-        Seconds over which angles are compared, default 1. A longer window reduces the effect of the
-        reference's steps and of clock jitter, a shorter one uses more of fast motion.
+        Time over which angles are compared, s. Default 1. A longer window reduces the effect of the
+        reference's steps and of clock jitter. A shorter window uses more of fast motion.
     max_lag : float
-        Largest lag to try, both ways, s; default 0.1.
+        Largest lag to try, positive or negative, s. Default 0.1.
 
     Returns
     -------
     FittedRate
-        With `scale`, `bias`, `lag`, and `notes` where the model does not hold.
+        Result with `scale`, `bias` and `lag`; `notes` describe deviations from the model.
 
     Raises
     ------
     ValueError
-        If there is not one reference, lengths differ, or the record is too short: it needs two
-        windows for each of its ten parts. LogError, a ValueError, if logs are in units of another
+        If not exactly one reference is given, lengths differ, or the record is too short: each of
+        its ten parts needs two windows. LogError, a ValueError, if the units of logs are not of one
         quantity.
 
     Notes
     -----
-    The integral of the gyro over every window of the record, by trapezoids and later by the lag, is
-    fitted to the rotation of the reference. Windows begin at each sample, since adjacent ones may
-    beat with a periodic motion. The lag is that of the smallest residual.
+    For every window, the gyro is integrated by trapezoids with a shift by the lag. The integrals
+    are fitted to the rotations of the reference. A window begins at each sample: windows without
+    overlap may beat with a periodic motion. The lag minimises the residual.
 
-    Standard errors are those of ten parts of the record, each left out in turn (the jackknife).
-    They include drift of the bias, and the correlation of neighbouring windows. They do not include
-    errors that are the same in all parts, such as the steps of an encoder in an exactly periodic
-    motion. So each direction is also fitted alone, and a note is given if its scale differs by more
-    than three standard errors.
+    Standard errors are jackknife estimates: each of ten parts of the record is left out in turn.
+    They include the drift of the bias and the correlation of neighbouring windows. They do not
+    include errors that repeat in all parts, such as the steps of an encoder in an exactly periodic
+    motion. Therefore each direction is fitted alone, too. A note is given if its scale differs by
+    more than three standard errors.
 
     Examples
     --------
@@ -192,7 +197,7 @@ def _make_track(
 
 
 def _replace_infinite(values: Floats) -> Floats:
-    """Return samples with NaN for those that are infinite."""
+    """Return the samples with infinite values replaced by NaN."""
     return np.where(np.isfinite(values), values, np.nan)
 
 
@@ -208,7 +213,7 @@ def _parse_channel(name: str, channel: npt.ArrayLike | Log) -> Floats:
 def _unit_factor(
     z: npt.ArrayLike | Log, reference: npt.ArrayLike | Log, *, is_angle: bool
 ) -> float:
-    """Return the factor from the unit of a reference to that of the gyro."""
+    """Return the factor from the unit of a reference to the unit of the gyro."""
     if (
         not isinstance(z, Log)
         or not isinstance(reference, Log)
@@ -231,7 +236,7 @@ def _unit_factor(
 
 
 def _unwrap(angle: npt.ArrayLike | Log, values: Floats) -> Floats:
-    """Return the angle of a log without jumps by whole turns."""
+    """Return the angle of a log without jumps by full turns."""
     turn = _FULL_TURNS.get(angle.unit) if isinstance(angle, Log) else None
     if turn is None:
         return values
@@ -243,7 +248,7 @@ def _unwrap(angle: npt.ArrayLike | Log, values: Floats) -> Floats:
 def _interpolate_at(
     z: npt.ArrayLike | Log, reference: npt.ArrayLike | Log, values: Floats
 ) -> Floats:
-    """Return the reference at the samples of the gyro, by lines if its clock is another one."""
+    """Return the reference interpolated at the samples of the gyro."""
     if not isinstance(z, Log) or not isinstance(reference, Log):
         return values
     if z.n == reference.n and np.allclose(
@@ -254,7 +259,7 @@ def _interpolate_at(
 
 
 def _integrate(rates: Floats, rate: float) -> Floats:
-    """Return the angle by the trapezoid; NaN at missing samples, which count as the last ones."""
+    """Return the angle by trapezoids, with the last sample held at missing samples."""
     finite = np.isfinite(rates)
     if not finite.any():
         return np.full(rates.shape, np.nan)
@@ -266,7 +271,7 @@ def _integrate(rates: Floats, rate: float) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class _Windows:
-    """Windows that begin at each sample: rotation of the reference, and the gyro's integral."""
+    """Windows that begin at each sample: rotation of the reference, and integral of the gyro."""
 
     first: npt.NDArray[np.int64]
     rotation: Floats
@@ -303,7 +308,7 @@ class _Windows:
         return cls(first, turned, way, width, track.rate, rates, sums, part)
 
     def integral(self, lag: float) -> Floats:
-        """Return the integral of the gyro over each window, so many samples later."""
+        """Return the integral of the gyro over each window, shifted by a lag in samples."""
         return (
             self._angle(self.first + self.width, lag) - self._angle(self.first, lag)
         ) / self.rate
@@ -317,7 +322,7 @@ class _Windows:
 
 
 def _total_rotation(angle: Floats, width: int) -> Floats:
-    """Return the rotation of windows, summed over both directions, as their pieces resolve it."""
+    """Return the absolute rotation of each window, summed over its pieces."""
     finite, index = np.isfinite(angle), np.arange(angle.size)
     whole = np.interp(index, index[finite], angle[finite])
     edges = np.unique(np.linspace(0, width, _WINDOW_PIECES + 1).round().astype(np.int64))
@@ -331,7 +336,8 @@ def _total_rotation(angle: Floats, width: int) -> Floats:
 class _Moments(NamedTuple):
     """Sums over the windows of each part: products of time, x, way and y, shape (parts, 4, 4).
 
-    x is what the reference turned by, the way what it turned by in both directions together.
+    x is the reference's rotation over a window. The way is the sum of the absolute rotations in its
+    pieces.
     """
 
     sums: Floats
@@ -355,13 +361,13 @@ class _Moments(NamedTuple):
         return cls(sums)
 
     def leave_one_out(self) -> Floats:
-        """Return the sums of all, then without each part, shape (parts + 1, 4, 4)."""
+        """Return the sums of all parts, then without each part, shape (parts + 1, 4, 4)."""
         total = self.sums.sum(axis=0)
         return np.concatenate((total[None], total - self.sums))
 
 
 def _solve(sums: Floats, columns: tuple[int, ...]) -> tuple[Floats, Floats]:
-    """Return coefficients of columns, shape (m, c), and sums of squares that are left, (m,)."""
+    """Return coefficients of columns, shape (m, c), and residual sums of squares, (m,)."""
     indices = list(columns)
     A, b = sums[:, indices][:, :, indices], sums[:, indices, 3]
     size = np.sqrt(np.diagonal(A, axis1=1, axis2=2))
@@ -395,7 +401,7 @@ def _fit_windows(windows: _Windows, max_lag: int) -> FittedRate:
         if known
         else UNKNOWN_COEFFICIENT
     )
-    # Without motion what is left is the bias.
+    # Without motion only the bias remains.
     bias = _make_coefficient(
         values[:, 0] if known else _solve(moments.leave_one_out(), (0,))[0][:, 0]
     )
@@ -421,7 +427,7 @@ def _fit_windows(windows: _Windows, max_lag: int) -> FittedRate:
 
 
 def _scale_of_direction(windows: _Windows, lag: float, mask: Booleans) -> Floats:
-    """Return the scale by some windows, then without each part; NaN if they are few."""
+    """Return the scale from some windows, then without each part; NaN for few windows."""
     if np.mean(mask) < _MIN_WINDOW_SHARE:
         return np.full(_PART_COUNT + 1, np.nan)
     scales: Floats = _solve(_Moments.of(windows, lag, mask).leave_one_out(), _LINE_COLUMNS)[0][:, 1]
@@ -429,10 +435,10 @@ def _scale_of_direction(windows: _Windows, lag: float, mask: Booleans) -> Floats
 
 
 def _find_lag(windows: _Windows, max_lag: int) -> tuple[Floats, list[str]]:
-    """Return the lag in samples of the smallest residual, then without each part, and notes.
+    """Return the lag in samples with the smallest residual, then without each part, and notes.
 
-    A parabola through three lags a sample apart, then through three a quarter apart about its
-    lowest point.
+    A parabola through three lags one sample apart gives a first minimum. A parabola through three
+    lags a quarter apart around this minimum gives the lag.
     """
     candidates = np.arange(-max_lag, max_lag + 1)
     squares = [
@@ -466,13 +472,13 @@ def _find_lag(windows: _Windows, max_lag: int) -> tuple[Floats, list[str]]:
 
 
 def _jackknife_sigma(values: Floats) -> float:
-    """Return the standard error of the first value, by the others, each without a part."""
+    """Return the standard error of the first value; the others each omit a part."""
     spread = float(np.mean((values[1:] - values[1:].mean()) ** 2))
     return math.sqrt((_PART_COUNT - 1) * spread)
 
 
 def _make_coefficient(values: Floats, limit: float = math.inf) -> Coefficient:
-    """Return the first value with its error; not identifiable if that is above the limit."""
+    """Return the first value with its error; not identifiable if the error exceeds the limit."""
     if not np.isfinite(values).all():
         return UNKNOWN_COEFFICIENT
     coefficient = Coefficient(float(values[0]), _jackknife_sigma(values))
@@ -482,7 +488,7 @@ def _make_coefficient(values: Floats, limit: float = math.inf) -> Coefficient:
 
 
 def _direction_notes(both: Floats, positive_: Floats, negative: Floats) -> Iterator[str]:
-    """Yield a sentence if a direction alone gives another scale than both together."""
+    """Yield a sentence if the scale of one direction differs from the scale of both."""
     for name, alone in (("positive", positive_), ("negative", negative)):
         off = _make_coefficient(alone - both)
         if not off.known or not abs(off) > _MAX_SIGMAS * off.sigma:
@@ -496,7 +502,7 @@ def _direction_notes(both: Floats, positive_: Floats, negative: Floats) -> Itera
 
 def _notes(fit: FittedRate, windows: _Windows, notes: tuple[str, ...]) -> Iterator[str]:
     yield from notes
-    # Two ends of a window, each wrong by a uniform part of a step.
+    # A window has two ends, each with a uniform error of one step.
     by_steps = fit.step / math.sqrt(6.0)
     if fit.residual > _MAX_SIGMAS * by_steps:
         yield (

@@ -1,4 +1,4 @@
-"""The bias of a gyro by temperature: the model, its fit, the thermometer, files."""
+"""Bias of a gyro by temperature: the model, its fit, the thermometer, and files."""
 
 from zerorate.calibration.temperature.model import TemperatureBias, TemperatureModel
 

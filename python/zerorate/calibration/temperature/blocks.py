@@ -1,4 +1,4 @@
-"""Means of a gyro's samples at rest, with their temperature, in blocks of some seconds."""
+"""Means of a gyro's samples at rest, with their temperature, in blocks of a few seconds."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ import numpy as np
 from zerorate.types import Booleans, Floats, Integers
 
 _BLOCK_S: Final = 5.0
-"""Seconds, less in a short record and more in a long one."""
+"""Length of a block, s; shorter in a short record, longer in a long record."""
 
 _MIN_BLOCKS, _MAX_BLOCKS = 24, 1000
 _MIN_REST_SHARE: Final = 0.2
-"""Part of a block that is at rest."""
+"""Smallest share of a used block that is at rest."""
 
 _WINDOW_S: Final = 0.5
-"""Seconds, and at least eight samples."""
+"""Length of a window, s; at least eight samples."""
 
 _MAX_VARIANCE_RATIO: Final = 5.0
-"""A window whose variance is so many times that of rest is none."""
+"""Largest variance of a window at rest, over the usual variance at rest."""
 
 _CHUNK_SAMPLES: Final = 100_000
-"""Samples whose variances are computed at once: a long record needs no additional memory."""
+"""Number of samples in one computation of variances, to limit the memory."""
 
 _TINY: Final = float(np.finfo(float).tiny)
 
@@ -35,17 +35,17 @@ class Blocks:
     Parameters
     ----------
     time
-        Seconds since the record's start, shape (m,).
+        Time since the record's start, s, shape (m,).
     temperature
-        degC, shape (m,); NaN if there is none.
+        Temperature, degC, shape (m,); NaN if unknown.
     bias
-        Shape (m, k).
+        Mean output, shape (m, k).
     count
         Number of samples in each mean, shape (m,).
     length
-        Length of a mean, s.
+        Length of a block, s.
     still
-        Share of the record's samples used in means.
+        Share of the record's samples in the means.
     """
 
     time: Floats
@@ -56,7 +56,7 @@ class Blocks:
     still: float
 
     def select(self, mask: Booleans) -> Blocks:
-        """Return some of the means."""
+        """Return a part of the means."""
         return replace(
             self,
             time=self.time[mask],
@@ -66,24 +66,25 @@ class Blocks:
         )
 
     def scaled(self, factor: float) -> Blocks:
-        """Return the means of samples that are multiplied by a number."""
+        """Return the means of samples multiplied by a number."""
         return replace(self, bias=self.bias * factor)
 
 
 def average_blocks(
     rates: Floats, temperature: Floats, rate: float, rests: Booleans | None
 ) -> Blocks:
-    """Return the means of all blocks, of five seconds for instance, that are at rest for a part.
+    """Return the means of all blocks with enough samples at rest.
 
     Parameters
     ----------
     rates : ndarray of float64, shape (n, k)
+        Samples of the gyro.
     temperature : ndarray of float64, shape (n,)
-        Finite, or NaN throughout.
+        Temperature: finite, or NaN throughout.
     rate : float
-        Hz.
+        Sampling rate, Hz.
     rests : ndarray of bool, shape (n,), optional
-        Which samples are at rest; by default they are found.
+        Mask of samples at rest. Default: detected from the rates.
     """
     n = len(rates)
     still = find_still_samples(rates, rate) if rests is None else rests
@@ -106,7 +107,7 @@ def average_blocks(
 
 
 def _block_means(values: Floats, number: Integers, counts: Integers) -> Floats:
-    """Return the mean of each block, summed about its first value to keep digits."""
+    """Return the mean of each block, relative to its first value to keep digits."""
     origin = values[0] if values.size else 0.0
     sums = np.bincount(number, values - origin, minlength=counts.size)
     return np.asarray(origin + sums / np.maximum(counts, 1))
@@ -115,9 +116,9 @@ def _block_means(values: Floats, number: Integers, counts: Integers) -> Floats:
 def find_still_samples(rates: Floats, rate: float) -> Booleans:
     """Return the mask of samples at rest, shape (n,), from rates of shape (n, k).
 
-    Those of windows of half a second in which no axis varies about a straight line with five times
-    the variance that it has at rest, nor in a neighbouring window. A constant turn is as quiet as a
-    rest, and counts as one.
+    The variance of each axis about a line is computed in windows of half a second. A window is at
+    rest if no axis exceeds five times its variance at rest. Its neighbouring windows must also be
+    at rest. A rotation at constant rate counts as rest.
     """
     n, size = len(rates), max(round(_WINDOW_S * rate), 8)
     count = n // size
@@ -142,12 +143,12 @@ def find_still_samples(rates: Floats, rate: float) -> Booleans:
 
 
 def _detrended_variances(windows: Floats) -> tuple[Floats, Booleans]:
-    """Return the variance of each window and axis about a line, and in which most samples are."""
+    """Return each window's variance about a line, and the mask of windows with enough samples."""
     present = np.isfinite(windows)
     number = np.maximum(present.sum(axis=1, keepdims=True), 1)
     position = np.where(present, np.arange(windows.shape[1])[:, np.newaxis], 0.0)
     position = np.where(present, position - position.sum(axis=1, keepdims=True) / number, 0.0)
-    # About the first sample, so that an offset costs no digits.
+    # The first sample is subtracted, to keep digits with a large offset.
     first = np.take_along_axis(windows, present.argmax(axis=1)[:, np.newaxis], axis=1)
     off = np.where(present, windows - np.nan_to_num(first), 0.0)
     off = np.where(present, off - off.sum(axis=1, keepdims=True) / number, 0.0)
@@ -167,7 +168,7 @@ def _resolution(rates: Floats) -> Floats:
 
 
 def _estimate_floors(variance: Floats) -> Floats:
-    """Return the usual variance of each axis among the small ones."""
+    """Return the median of the small variances of each axis."""
     floor = np.percentile(variance, 10, axis=0)
     for _ in range(3):
         floor = np.nanmedian(np.where(variance < 3.0 * floor, variance, np.nan), axis=0)

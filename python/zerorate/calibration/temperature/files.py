@@ -1,4 +1,4 @@
-"""Temperature models as JSON and back, and as parameters of PX4 and ArduPilot."""
+"""Files of temperature models: JSON, and parameters of PX4 and ArduPilot."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _MODEL: Final = (
 )
 
 _ARDUPILOT_REFERENCE_DEGC: Final = 35.0
-"""degC: AP_InertialSensor_tempcal.cpp, TEMP_REFERENCE."""
+"""Reference temperature, degC (TEMP_REFERENCE in AP_InertialSensor_tempcal.cpp)."""
 
 _ARDUPILOT_SCALE: Final = 1e6
 _AXES: Final = "XYZ"
@@ -58,8 +58,8 @@ def to_json(
     Returns
     -------
     str
-        Coefficients, covariance, reference, range, slopes and notes, exact to the last bit; without
-        the means of the fit.
+        Coefficients, covariance, reference, range, slopes and notes, exact to the last bit. The
+        block means of the fit are not included.
     """
     content = {
         "format": _FORMAT,
@@ -93,7 +93,7 @@ def _encode_coefficient(coefficient: Coefficient) -> dict[str, Any] | None:
 
 
 def from_json(source: str | os.PathLike[str], build: type[Model]) -> Model:
-    """Return the model that a text or a file holds, as one of a class."""
+    """Return the model from a text or a file, as an instance of a class."""
     return restore(source, _FORMAT, lambda content: build(**_parse_arguments(content)))
 
 
@@ -153,24 +153,24 @@ def to_px4(
     Parameters
     ----------
     instance : int
-        0 to 3: the number in ``TC_G0_X0_0``. Default 0.
+        Number in ``TC_G0_X0_0``, 0 to 3. Default 0.
     device_id : int, optional
-        ``TC_G0_ID``, the gyro's ``device_id`` in its messages. Without it the line is left out, and
-        PX4 ignores the other parameters until it is set.
+        ``TC_G0_ID``, the gyro's ``device_id`` in its messages. Without it the line is left out. PX4
+        ignores the other parameters until it is set.
 
     Returns
     -------
     str
-        ``TC_G0_X3_0`` to ``TC_G0_X0_2``, rad/s over powers of T - ``TC_G0_TREF``, and the range.
-        PX4 subtracts ``X0 + X1 dT + X2 dT^2 + X3 dT^3``, and clamps T at the ends of the range,
-        whereas `predict` continues along the tangent.
+        ``TC_G0_X3_0`` to ``TC_G0_X0_2``, rad/s per power of T - ``TC_G0_TREF``, and the range. PX4
+        subtracts ``X0 + X1 dT + X2 dT^2 + X3 dT^3`` and limits T to the range. `predict` instead
+        continues along the tangent.
 
     Raises
     ------
     ValueError
-        If the record does not show that the bias depends on temperature, without `doubtful`; if the
-        model does not have three axes, the unit of its samples is not an angular rate, or
-        PX4 has no such `instance`.
+        If the record shows no dependence of the bias on temperature and `doubtful` is False. If the
+        model does not have three axes, its unit is not an angular rate, or PX4 has no such
+        `instance`.
     """
     if instance not in range(4):
         raise ArgumentError("instance", f"must be 0 to 3, got {instance!r}")
@@ -208,23 +208,22 @@ def to_ardupilot(
     Parameters
     ----------
     instance : int
-        1 to 3: the number of the IMU in ``INS_TCAL1_GYR1_X``. Default 1.
+        Number of the IMU in ``INS_TCAL1_GYR1_X``, 1 to 3. Default 1.
 
     Returns
     -------
     str
-        ``INS_TCAL1_GYR1_X`` to ``INS_TCAL1_GYR3_Z``, millionths of rad/s over powers of
-        T - 35 degC, the range, and the offsets with their temperature,
-        ``INS_GYR1_CALTEMP``: ArduPilot subtracts the offset and the difference of the polynomial
-        between T and that, both clamped to the range. By default it learns new offsets at every
-        start.
+        ``INS_TCAL1_GYR1_X`` to ``INS_TCAL1_GYR3_Z``, millionths of rad/s per power of T - 35 degC;
+        the range; and the offsets with their temperature, ``INS_GYR1_CALTEMP``. ArduPilot subtracts
+        the offset, and the difference of the polynomial between T and this temperature. Both are
+        limited to the range. By default it learns new offsets at every start.
 
     Raises
     ------
     ValueError
-        If the record does not show that the bias depends on temperature, without `doubtful`; if the
-        model does not have three axes, the unit of its samples is not an angular rate, or
-        ArduPilot has no such `instance`.
+        If the record shows no dependence of the bias on temperature and `doubtful` is False. If the
+        model does not have three axes, its unit is not an angular rate, or ArduPilot has no such
+        `instance`.
     """
     if instance not in range(1, 4):
         raise ArgumentError("instance", f"must be 1 to 3, got {instance!r}")
@@ -239,7 +238,7 @@ def to_ardupilot(
         for k in (1, 2, 3)
         for i, axis in enumerate(_AXES)
     ]
-    # At the reference of the model the bias is its c_0.
+    # At the model's reference temperature the bias is c_0.
     numbers += [(f"{offset}_{axis}", converted.coefficients[i, 0]) for i, axis in enumerate(_AXES)]
     lines = [
         "# ArduPilot: temperature calibration of a gyro, rad/s and degC.",
@@ -279,7 +278,7 @@ def _per_kelvin(model: TemperatureModel) -> Floats:
 
 
 def _shift_reference(c: Floats, shift: float) -> Floats:
-    """Return the coefficients of cubics about a point that is so much further."""
+    """Return the coefficients of cubics about a shifted reference."""
     shifted = np.zeros_like(c)
     for k in range(4):
         for j in range(k + 1):
@@ -288,7 +287,7 @@ def _shift_reference(c: Floats, shift: float) -> Floats:
 
 
 def _range_comments(model: TemperatureModel) -> list[str]:
-    """Return the comments that a reader of the file needs."""
+    """Return comments on the range for the reader of the file."""
     low, high = model.range
     lines = [f"# Of {low:.1f} to {high:.1f} degC; outside, the bias at the nearer end is used."]
     if not any(model.degrees):
@@ -297,5 +296,5 @@ def _range_comments(model: TemperatureModel) -> list[str]:
 
 
 def _format_number(value: float) -> str:
-    """Return nine digits, which is all that a 32-bit float holds."""
+    """Return a number with nine digits, the precision of a 32-bit float."""
     return f"{value:.8e}"

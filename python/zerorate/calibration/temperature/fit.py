@@ -1,4 +1,4 @@
-"""The fit of bias against temperature: a polynomial, a random walk and white noise."""
+"""Fit of bias against temperature: polynomial, random walk and white noise."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from zerorate.calibration.temperature.blocks import Blocks
 from zerorate.types import Floats
 
 KELVINS_PER_UNIT: Final = 10.0
-"""Kelvins that a power of temperature is counted in."""
+"""Unit of temperature in the polynomial, K."""
 
 MAX_DEGREE: Final = 3
 MIN_SPANS_K: Final = (1.0, 8.0, 15.0)
-"""Kelvins from which a record may determine a straight line, a parabola, a cubic."""
+"""Smallest temperature ranges for a straight line, a parabola and a cubic, K."""
 
 _NEIGHBOURS: Final = 6
-"""Blocks before and after one, for the sign of the temperature's change."""
+"""Number of blocks before and after a block that give the sign of the temperature's change."""
 
 _MIN_CHANGE_SHARE: Final = 0.02
-"""Part of the span by which it then changes."""
+"""Smallest change between these blocks, as a share of the temperature range."""
 
 _MIN_FREEDOM: Final = 3
 _WALK_VARIANCES: Final = 10.0 ** np.arange(-6.0, 3.1, 0.25)
-"""Variances that a walk adds in one block, over the white variance of a block's mean."""
+"""Variances of the walk's step in one block, over the white variance of a block's mean."""
 
 _WALK_PRIOR: Final = np.sqrt(_WALK_VARIANCES) / (1.0 + _WALK_VARIANCES)
-"""Half-Cauchy in the walk's deviation, on steps of equal ratio."""
+"""Half-Cauchy prior of the walk's standard deviation, on a logarithmic grid."""
 
 _MAX_CONDITION: Final = 1e10
 _ROUNDING: Final = 64.0 * float(np.finfo(float).eps)
@@ -44,17 +44,17 @@ class Fit(NamedTuple):
     Parameters
     ----------
     degree
-        Of the polynomial.
+        Degree of the polynomial.
     coefficients
         c_0 to c_3, zero above the degree, shape (4,).
     covariance
-        Theirs, shape (4, 4).
+        Covariance of the coefficients, shape (4, 4).
     slope, slope_sigma
-        Of the straight line at least, per kelvin at the reference; infinite sigma if the record
-        has none.
+        Slope per kelvin at the reference, from a polynomial of degree 1 at least. Sigma is infinite
+        if the record does not determine it.
     hysteresis, hysteresis_sigma
-        Bias while it warms less that while it cools, at equal temperature; infinite sigma if the
-        record has not both.
+        Bias during warming minus bias during cooling, at equal temperature. Sigma is infinite if
+        the record does not have both.
     """
 
     degree: int
@@ -67,7 +67,7 @@ class Fit(NamedTuple):
 
 
 def powers(temperature: Floats, reference: float) -> Floats:
-    """Return 1, x, x^2, x^3 of temperatures, in tens of kelvins from the reference, last axis."""
+    """Return 1, x, x^2, x^3 along the last axis; x is the temperature difference over 10 K."""
     x = (np.asarray(temperature) - reference) / KELVINS_PER_UNIT
     square = x * x
     return np.stack([np.ones_like(x), x, square, square * x], axis=-1)
@@ -81,16 +81,16 @@ def fit_axes(blocks: Blocks, reference: float, max_degree: int) -> list[Fit]:
     For each strength of the walk, a Kalman filter of one state whitens the biases and the powers of
     the temperature. Their products give the coefficients of every degree, their errors, and the
     likelihoods of strength and degree. Coefficients are averaged over all strengths by their
-    restricted likelihood. The walk's deviation has a half-Cauchy prior (Gelman 2006, Bayesian
-    Analysis 1:515), flat where the record gives no information. A prior flat in the logarithm would
-    favour no walk; a drift that correlates with temperature by chance would then count as slope,
-    with half of its true error.
+    restricted likelihood. The walk's standard deviation has a half-Cauchy prior (Gelman 2006,
+    Bayesian Analysis 1:515), which is flat near zero. A prior flat in the logarithm would favour a
+    zero walk. A drift that correlates with temperature by chance would then count as slope, and
+    half of its error would be missing.
     """
     if not blocks.count.size:
         return []
     powers_of = powers(np.nan_to_num(blocks.temperature), reference)[:, 1:]
     columns = np.column_stack([powers_of, _heating_signs(blocks), blocks.bias])
-    # Between warming and cooling nobody knows which it is.
+    # Blocks without a clear change of temperature are left out.
     moving = columns[:, MAX_DEGREE] != 0.0
     whitened = _WhitenedColumns.of(columns, blocks)
     both = _WhitenedColumns.of(columns[moving], blocks.select(moving)) if moving.any() else None
@@ -109,9 +109,9 @@ def _max_allowed_degree(blocks: Blocks, max_degree: int) -> int:
 
 
 def _heating_signs(blocks: Blocks) -> Floats:
-    """Return a half where the temperature rises, minus a half where it falls, zero elsewhere.
+    """Return 0.5 if the temperature rises, -0.5 if it falls, otherwise 0.
 
-    Zero throughout if it does not pass half of its range both ways.
+    It is zero throughout if warming and cooling do not share half of the temperature range.
     """
     temperature, n = blocks.temperature, blocks.count.size
     indices = np.arange(n)
@@ -128,20 +128,20 @@ def _heating_signs(blocks: Blocks) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class _WhitenedColumns:
-    """Columns of numbers without their walk, for each strength of it.
+    """Columns of numbers whitened by each strength of the walk.
 
     Parameters
     ----------
     products
         Sums of products of any two columns, shape (walks, columns, columns).
     log_scale
-        Logarithm of the product of all variances, shape (walks,).
+        Sum of the logarithms of all innovation variances, shape (walks,).
     last
-        Where each column stands at the end, shape (walks, columns).
+        Filtered value of each column at the end, shape (walks, columns).
     last_variance
-        Its variance, over that of a block, shape (walks,).
+        Variance of `last`, over a block's variance, shape (walks,).
     freedom
-        Differences that are left of a column.
+        Number of innovations of a column.
     """
 
     products: Floats
@@ -152,7 +152,7 @@ class _WhitenedColumns:
 
     @classmethod
     def of(cls, columns: Floats, blocks: Blocks) -> _WhitenedColumns:
-        """Return them after a Kalman filter of the walk, which starts at the first row."""
+        """Return the columns after a Kalman filter of the walk that starts at the first row."""
         noise = np.median(blocks.count) / blocks.count
         steps = np.diff(blocks.time) / blocks.length
         last = np.tile(columns[0], (_WALK_VARIANCES.size, 1))
@@ -172,7 +172,7 @@ class _WhitenedColumns:
         return cls(products, np.log(variances).sum(axis=0), last, P, len(steps))
 
     def regression(self, column: int, on: list[int]) -> _Regression:
-        """Return the regression of a column on others."""
+        """Return the regression of a column on other columns."""
         A = self.products[:, on][:, :, on]
         inverse: Floats = np.linalg.inv(A).astype(np.float64)
         slopes = np.einsum("wij,wj->wi", inverse, self.products[:, on, column])
@@ -180,9 +180,9 @@ class _WhitenedColumns:
         return _Regression(self, column, on, inverse, slopes, left, np.linalg.slogdet(A)[1])
 
     def _left(self, column: int, on: list[int], slopes: Floats) -> Floats:
-        """Return the sum of squares that slopes leave of a column, at least that of rounding.
+        """Return the residual sum of squares of a column, at least its rounding error.
 
-        As a quadratic form, which the rounding of the slopes enters by its square only.
+        In this quadratic form, rounding errors of the slopes enter only as squares.
         """
         every = [*on, column]
         terms = self.products[:, every][:, :, every]
@@ -202,7 +202,7 @@ class _WhitenedColumns:
 
 
 class _Regression(NamedTuple):
-    """One column by others, for each strength of the walk."""
+    """Regression of one column on others, for each strength of the walk."""
 
     whitened: _WhitenedColumns
     column: int
@@ -220,7 +220,7 @@ class _Regression(NamedTuple):
         return float(-2.0 * log_likelihood.max() + len(self.on) * np.log(max(n, 1)))
 
     def average(self) -> tuple[Floats, Floats]:
-        """Return level and slopes, and their covariance, over all strengths of the walk."""
+        """Return level and slopes, and their covariance, averaged over the walk's strengths."""
         whitened, freedom = self.whitened, self.whitened.freedom - len(self.on)
         evidence = -0.5 * (
             whitened.log_scale + self.log_information + freedom * np.log(self.left)
@@ -266,7 +266,7 @@ def _fit_axis(
 
 
 def _fit_hysteresis(both: _WhitenedColumns | None, column: int, degree: int) -> tuple[float, float]:
-    """Return the difference of warming and cooling, and its error, infinite if none shows it."""
+    """Return bias of warming minus cooling, and its error, infinite if not determined."""
     on = [*range(degree), MAX_DEGREE]
     if both is None or both.freedom - len(on) < _MIN_FREEDOM or not both.is_regular(on):
         return 0.0, np.inf
@@ -275,7 +275,7 @@ def _fit_hysteresis(both: _WhitenedColumns | None, column: int, degree: int) -> 
 
 
 def _fit_slope(regressions: list[_Regression], degree: int) -> tuple[float, float]:
-    """Return the slope of a degree and its error, infinite if there is no such degree."""
+    """Return the slope for a degree and its error, infinite if not determined."""
     if degree >= len(regressions):
         return 0.0, np.inf
     mean, covariance = regressions[degree].average()
@@ -283,7 +283,7 @@ def _fit_slope(regressions: list[_Regression], degree: int) -> tuple[float, floa
 
 
 def _regressions(whitened: _WhitenedColumns, column: int, max_degree: int) -> Iterator[_Regression]:
-    """Yield the regressions of degree zero and more, as far as the record determines them."""
+    """Yield the regressions from degree zero up, if the record determines them."""
     for degree in range(max_degree + 1):
         on = list(range(degree))
         if degree and not whitened.is_regular(on):

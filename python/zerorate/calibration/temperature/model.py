@@ -1,4 +1,4 @@
-"""The bias of a gyro by temperature: learned at rest, predicted, removed."""
+"""Bias of a gyro by temperature: learned at rest, predicted, removed."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ if TYPE_CHECKING:
     pass
 
 _DEFAULT_REFERENCE_DEGC: Final = 25.0
-"""degC, where the record has no temperature."""
+"""Reference temperature for a record without temperatures, degC."""
 
 _MAX_TIME_CORRELATION: Final = 0.95
-"""Correlation of temperature and time from which they cannot be distinguished."""
+"""Largest correlation of temperature and time with separable effects."""
 
 _MIN_BLOCKS: Final = 4
 _MAX_VALUE: Final = 1e150
@@ -53,16 +53,16 @@ _ONE_SIDED_95_Z: Final = 1.6448536269514722
 
 
 class TemperatureBias(NamedTuple):
-    """Bias that a model predicts at a temperature.
+    """Predicted bias at a temperature.
 
     Parameters
     ----------
     value
-        Bias, in the unit of the samples.
+        Bias, unit of the samples.
     sigma
-        Its standard error.
+        Standard error of the bias, unit of the samples.
     extrapolated
-        True if the temperature is outside the range of the record, or not known.
+        True if the temperature is unknown or outside the range of the record.
 
     Examples
     --------
@@ -81,30 +81,30 @@ class TemperatureBias(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TemperatureModel(Result):
-    """Bias of a gyro by temperature, from a record at rest: `TemperatureModel.fit` makes one.
+    """Bias of a gyro by temperature, from a record at rest.
 
-    The bias of each axis is the sum of ``c_k ((T - reference) / 10)^k`` inside the temperature
-    range of the record. Beyond the range the bias follows the tangent for one more width of the
-    range, then stays constant.
+    `TemperatureModel.fit` makes a model. In the temperature range of the record, the bias of an
+    axis is the sum of ``c_k ((T - reference) / 10)^k``. Outside the range it follows the tangent
+    over one width of the range, then stays constant.
 
     Parameters
     ----------
     coefficients
         c_0 to c_3 of each axis, unit of the samples, shape (k, 4).
     covariance
-        Their covariance, shape (k, 4, 4).
+        Covariance of each axis' coefficients, shape (k, 4, 4).
     degrees
-        Degree of each axis, 0 to 3.
+        Degree of the polynomial of each axis, 0 to 3.
     reference
-        degC: the middle of the range.
+        Middle of the temperature range, degC.
     range
         Lowest and highest temperature of the record, degC.
     slopes
-        Slope of the bias at the reference temperature, per kelvin, for each axis; not identifiable
-        for an axis of degree zero.
+        Slope of the bias at the reference temperature, per kelvin, for each axis. Not identifiable
+        for degree zero.
     hystereses
-        Bias during warming minus bias during cooling, at equal temperature, for each axis; unknown
-        if the record has no warming or no cooling.
+        Bias during warming minus bias during cooling, at equal temperature, for each axis. Unknown
+        if the record does not have both.
     time_correlation
         Correlation of temperature and time; zero if either is constant.
     step
@@ -112,11 +112,11 @@ class TemperatureModel(Result):
     names, unit
         Names of the axes, and unit of their samples.
     notes
-        Sentences on gaps and oddities of the record.
+        Sentences on gaps and other properties of the record.
     blocks
         Block means to which the model was fitted; None for a model read from a file.
     single
-        True for a single axis: returned arrays have no dimension for axes.
+        True for a single axis: returned arrays then have no dimension for axes.
 
     Examples
     --------
@@ -164,18 +164,18 @@ class TemperatureModel(Result):
         z : Log, or array_like of shape (n,) or (n, k)
             Output of the gyro; NaN marks missing samples.
         temperature : Log, or array_like of shape (n,), or None
-            degC; missing values are held. A Log is interpolated at the times of `z`, which is then
-            a Log, too; its first channel is used. None: no temperature.
+            Temperature, degC. A missing value is replaced by the last one. A Log needs `z` to be a
+            Log: its first channel is interpolated at the times of `z`. None: no temperature.
         rate : float, optional
-            Samples per second, Hz; needed where `z` is an array.
+            Sampling rate, Hz. Required if `z` is an array.
         max_degree : int
-            Highest degree of the polynomial, 0 to 3 (default). The record allows a straight line
-            from 1 K, a parabola from 8 K, a cubic from 15 K, and a higher degree must be better.
+            Highest degree of the polynomial, 0 to 3. Default 3. A straight line needs a range of 1
+            K, a parabola 8 K, a cubic 15 K. A higher degree is used only if it fits better.
         rests : array_like of bool, shape (n,), optional
-            Mask of samples at rest. Default: where the sensor is quiet; a constant rotation looks
-            the same.
+            Mask of samples at rest. Default: detected from the variance. A rotation at constant
+            rate counts as rest there.
         unit : str, optional
-            Of the samples; by default that of the Log, else ``"unit"``.
+            Unit of the samples. Default: the unit of the Log, or ``"unit"``.
 
         Raises
         ------
@@ -183,17 +183,17 @@ class TemperatureModel(Result):
             If shapes disagree, the rate is missing, `max_degree` is not valid, or no sample is at
             rest.
         TypeError
-            If an argument is no array of real numbers.
+            If an argument is not an array of real numbers.
         LogError
             If the temperature's Log does not overlap the record.
 
         Notes
         -----
-        Means of five seconds are the sum of polynomial, random walk and white noise; the degree is
-        chosen by BIC, coefficients and errors are averages over the walk's strength by its
-        restricted likelihood. The level c_0 is that at the end of the record, from which later data
-        start. Published calibrations fit a cubic by least squares and clamp it at the ends of the
-        range (PX4, ArduPilot); Chen et al. 2013 take 0.1 deg/s/degC from 25 degC on.
+        Means of five seconds are modelled as the sum of polynomial, random walk and white noise.
+        BIC chooses the degree. Coefficients and errors are averaged over the walk's strength by its
+        restricted likelihood. The level c_0 is the level at the end of the record, where later data
+        start. PX4 and ArduPilot fit a cubic by least squares and hold it constant outside the
+        range. Chen et al. 2013 assume 0.1 deg/s/degC above 25 degC.
         """
         record = _Record.of(z, temperature, rate, rests, unit)
         if not (isinstance(max_degree, int) and 0 <= max_degree <= MAX_DEGREE):
@@ -234,32 +234,32 @@ class TemperatureModel(Result):
 
     @property
     def degree(self) -> int | tuple[int, ...]:
-        """Degree of the polynomial, one for each axis, or a single one."""
+        """Degree of the polynomial, for each axis or the single axis."""
         return self.degrees[0] if self.single else self.degrees
 
     @property
     def slope(self) -> Coefficient | tuple[Coefficient, ...]:
-        """Bias per kelvin in the middle of the range, one for each axis, or a single one."""
+        """Bias per kelvin in the middle of the range, for each axis or the single axis."""
         return self.slopes[0] if self.single else self.slopes
 
     @property
     def hysteresis(self) -> Coefficient | tuple[Coefficient, ...]:
-        """Bias during warming minus bias during cooling, one for each axis, or a single one."""
+        """Bias of warming minus bias of cooling, for each axis or the single axis."""
         return self.hystereses[0] if self.single else self.hystereses
 
     @property
     def span(self) -> float:
-        """Kelvins from the lowest to the highest temperature of the record."""
+        """Temperature range of the record, K."""
         return self.range[1] - self.range[0]
 
     @property
     def time_separable(self) -> bool:
-        """True if temperature and time can be distinguished: their correlation is 0.95 at most."""
+        """True if the correlation of temperature and time is at most 0.95."""
         return abs(self.time_correlation) <= _MAX_TIME_CORRELATION
 
     @property
     def curve(self) -> dict[str, Any]:
-        """Reference, range and coefficients as plain numbers, as `ImuCorrector` takes them."""
+        """Reference, range and coefficients as plain numbers, for `ImuCorrector`."""
         return {
             "coefficients": self.coefficients.tolist(),
             "reference": self.reference,
@@ -272,16 +272,16 @@ class TemperatureModel(Result):
         Parameters
         ----------
         temperature : array_like, any shape
-            degC; for a missing one the result is that in the middle of the range, with a standard
-            deviation for the whole range.
+            Temperature, degC. For a missing value the result is the bias in the middle of the
+            range, with a standard deviation for the whole range.
 
         Returns
         -------
         TemperatureBias
-            ``value`` and ``sigma``, of the temperature's shape with one more axis of length k
-            unless the model is `single`, and ``extrapolated``, of the temperature's shape. Sigma is
-            that of the bias at the end of the record. It includes the steps of a coarse
-            thermometer, and outside the range the curvature that the tangent omits.
+            ``extrapolated`` has the shape of `temperature`. ``value`` and ``sigma`` have one more
+            axis of length k, unless the model is `single`. Sigma is the standard error at the end
+            of the record. It includes the steps of a coarse thermometer. Outside the range it
+            includes the curvature that the tangent omits.
         """
         temperatures = floats(temperature, "temperature")
         known = np.isfinite(temperatures)
@@ -297,7 +297,7 @@ class TemperatureModel(Result):
         return TemperatureBias(value, sigma, extrapolated)
 
     def _rows(self, T: Floats) -> Floats:
-        """Return the regressors of the coefficients: powers, or their tangent."""
+        """Return the regressors of the coefficients: powers, or their tangent outside the range."""
         inside, beyond = self._parts(T)
         rows = powers(inside, self.reference)
         if beyond.any():
@@ -307,12 +307,12 @@ class TemperatureModel(Result):
         return rows
 
     def _parts(self, T: Floats) -> tuple[Floats, Floats]:
-        """Return the nearest temperature of the range, and the length of the tangent from there."""
+        """Return the nearest temperature inside the range, and the distance to it."""
         inside = np.clip(T, *self.range)
         return inside, np.clip(T - inside, -self.span, self.span)
 
     def _doubt(self, T: Floats, known: Booleans) -> Floats:
-        """Return the error that is not in the coefficients."""
+        """Return the standard error that the covariance of the coefficients does not include."""
         inside, beyond = self._parts(T)
         c = self.coefficients
         x = ((inside - self.reference) / KELVINS_PER_UNIT)[..., np.newaxis]
@@ -326,20 +326,21 @@ class TemperatureModel(Result):
     def remove(
         self, z: Log | npt.ArrayLike, temperature: Log | npt.ArrayLike
     ) -> Log | npt.NDArray[np.float64]:
-        """Return samples without the bias that is predicted at their temperature.
+        """Return samples minus the predicted bias at their temperature.
 
         Parameters
         ----------
         z : Log, or array_like of shape (n,) or (n, k)
             Output of the gyro, in the unit of the model.
         temperature : Log, or array_like of shape (n,)
-            As in `fit`: missing values are held, and the steps of a coarse thermometer smoothed. If
-            all are missing, the bias in the middle of the range is subtracted.
+            Temperature, degC. A missing value is replaced by the last one, and the steps of a
+            coarse thermometer are smoothed. If all are missing, the bias in the middle of the range
+            is subtracted.
 
         Returns
         -------
         Log or ndarray
-            As `z`.
+            Samples, in the type and shape of `z`.
 
         Raises
         ------
@@ -356,12 +357,12 @@ class TemperatureModel(Result):
         T = _sample_temperatures(z, temperature, len(data), 1.0 if self.step else None).known
         if not np.isfinite(T).all():
             T = np.full(len(data), self.reference)
-        # The errors, which are not needed here, take longer than the bias.
+        # The errors are not needed here and take longer than the bias.
         cleaned = data - (self._rows(T) @ self.coefficients.T).reshape(data.shape)
         return z.with_data(cleaned) if isinstance(z, Log) else cleaned
 
     def scaled(self, factor: float, unit: str | None = None) -> Self:
-        """Return the model for samples that are multiplied by a positive number."""
+        """Return the model for samples multiplied by a positive number."""
         blocks = self.blocks
         return replace(
             self,
@@ -393,7 +394,7 @@ class TemperatureModel(Result):
 class _Record(NamedTuple):
     """Rates (n, k), their temperature (n,), and the properties of both.
 
-    Rates are in a unit of `factor`, near their largest, so that their squares are numbers.
+    Rates are in units of `factor`, which is near the largest rate, so that squares stay finite.
     """
 
     rates: Floats
@@ -461,7 +462,7 @@ def _parse_mask(rests: npt.ArrayLike | None, n: int) -> Booleans | None:
 
 
 class _ThermometerReading(NamedTuple):
-    """Temperature of each sample, NaN without one; step of the thermometer; number left out."""
+    """Temperature of each sample (NaN if unknown), step of the thermometer, number of outliers."""
 
     known: Floats
     step: float = 0.0
@@ -476,7 +477,7 @@ def _sample_temperatures(
 ) -> _ThermometerReading:
     """Return the temperature of each sample.
 
-    Without a rate the thermometer of an array is known to be fine.
+    For an array without a rate, the thermometer is assumed fine.
     """
     if temperature is None:
         return _ThermometerReading(np.full(n, np.nan))
@@ -505,7 +506,7 @@ def _resample_temperature(z: Log, temperature: Log) -> _ThermometerReading:
 
 
 def _read_thermometer(time: Floats, temperature: Floats) -> _ThermometerReading:
-    """Return the readings of a thermometer on its own clock, without impossible values."""
+    """Return the readings of a thermometer on its own clock, without outliers."""
     possible, outlier_count = remove_leaps(time, mask_impossible(temperature))
     filled = hold_last(possible)
     if not np.isfinite(filled).all():
@@ -539,7 +540,7 @@ def _slope_coefficient(axis: Fit) -> Coefficient:
 
 
 def _hysteresis_coefficient(axis: Fit, step: float) -> Coefficient:
-    """Return it with the error that a coarse thermometer adds: it turns between two steps."""
+    """Return the hysteresis with the error from the steps of a coarse thermometer."""
     if not np.isfinite(axis.hysteresis_sigma):
         return UNKNOWN_COEFFICIENT
     unsure = abs(axis.slope) * step / np.sqrt(12.0)

@@ -1,4 +1,4 @@
-"""Temperature between the steps of a coarse thermometer, and on the clock of another sensor."""
+"""Temperature interpolated between the steps of a coarse thermometer, on any clock."""
 
 from __future__ import annotations
 
@@ -9,33 +9,36 @@ import numpy as np
 from zerorate.types import Floats, Integers
 
 _MIN_COARSE_STAY_S: Final = 5.0
-"""Seconds: a thermometer is coarse that stands still for longer most of the time."""
+"""Smallest usual time between changes of a coarse thermometer, s."""
 
 _MAX_STEP_K: Final = 2.0
-"""Kelvins: a larger step is one of the temperature, not of a thermometer."""
+"""Largest step of a coarse thermometer, K: a larger step is a change of the temperature."""
 
 _MAX_TEMPERATURE_DEGC: Final = 1e4
 
 _MIN_LEAP_K: Final = 10.0
-"""Kelvins by which no temperature changes at once, and per second in which it may change more."""
+"""Smallest leap, K, that a real temperature cannot make. Between samples it is increased by
+`_MAX_RATE_K_S` times the time.
+"""
 _MAX_RATE_K_S: Final = 1.0
 
 _MAX_LEAP_S: Final = 15.0
-"""Seconds: what a temperature leaps to for less, and leaps back from, is none."""
+"""Longest interval between two leaps that counts as an outlier, s."""
 
 _ROUNDING: Final = 1e-9
-"""Part of the largest value: below it a change is none."""
+"""Share of the largest value below which a change is rounding."""
 
 
 def mask_impossible(temperature: Floats) -> Floats:
-    """Return temperatures, NaN for impossible ones: 1e4 degC and more."""
+    """Return the temperatures with NaN for impossible values, above 1e4 degC."""
     return np.where(np.abs(temperature) <= _MAX_TEMPERATURE_DEGC, temperature, np.nan)
 
 
 def hold_last(temperature: Floats) -> Floats:
-    """Return temperatures in which a missing one is the last before it, or the first of all.
+    """Return the temperatures with each missing value replaced by the last value before it.
 
-    What no thermometer shows, 1e4 degC and more, is missing; NaN throughout if none is there.
+    Missing values at the start get the first value. Values above 1e4 degC count as missing. The
+    result is NaN throughout if all are missing.
     """
     present = np.abs(temperature) <= _MAX_TEMPERATURE_DEGC
     if present.all() or not present.any():
@@ -45,11 +48,10 @@ def hold_last(temperature: Floats) -> Floats:
 
 
 def remove_leaps(time: Floats, temperature: Floats) -> tuple[Floats, int]:
-    """Return temperatures in which those that a thermometer cannot have had are missing, NaN.
+    """Return the temperatures with outliers replaced by NaN, and the number of outliers.
 
-    No gyro is ten kelvins warmer at once, and colder again within seconds: a stretch of less than
-    15 s between two such leaps, or between one and an end of the record, is none. Returns how many
-    they are as well.
+    A gyro cannot become ten kelvins warmer at once and colder again within seconds. An interval of
+    less than 15 s between two leaps, or between a leap and an end of the record, is an outlier.
     """
     present = np.flatnonzero(np.isfinite(temperature))
     if present.size < 2:
@@ -63,7 +65,7 @@ def remove_leaps(time: Floats, temperature: Floats) -> tuple[Floats, int]:
     if not short.any() or short.all():
         return temperature, 0
     is_kept = ~np.repeat(short, ends - begins)
-    # What is short and no leap away from the others, between two spikes, is of the thermometer.
+    # A short interval between two outliers is kept if it agrees with the remaining temperatures.
     is_leap = np.abs(values - np.interp(stamps, stamps[is_kept], values[is_kept])) > _MIN_LEAP_K
     is_leap &= ~is_kept
     cleaned = temperature.copy()
@@ -77,24 +79,24 @@ def interpolate_steps(time: Floats, temperature: Floats) -> tuple[Floats, float]
     Parameters
     ----------
     time : ndarray of float64, shape (n,)
-        Seconds, increasing.
+        Times, s, increasing.
     temperature : ndarray of float64, shape (n,)
-        What the thermometer shows, finite.
+        Readings of the thermometer, finite.
 
     Returns
     -------
     temperature : ndarray of float64, shape (n,)
-        As given, and the step zero, if the thermometer is fine.
+        Interpolated temperature. For a fine thermometer it is unchanged, and the step is zero.
     step : float
         Smallest difference of two values, in the unit of the temperature.
 
     Notes
     -----
-    A thermometer of whole degrees is exact only when it changes: then the temperature is halfway
-    between the two values. Straight lines join these moments. Where it goes back to the value
-    before after a long stay, the middle of that stay has the value itself; a short stay is noise
-    at a boundary, where the temperature stays, too. At the ends the lines go on, ever slower: after
-    as long as the last step took they are at the value itself.
+    A coarse thermometer is exact only when it changes: the temperature is then halfway between the
+    two values. Straight lines join these moments. If the reading stays long and then returns to the
+    value before, the temperature equals the reading in the middle of the stay. A short stay is
+    noise at a boundary between values. At the ends of the record the lines continue with decreasing
+    slope. They reach the reading after the duration of the last step.
     """
     changes = _find_changes(temperature)
     if changes.size == 0:
@@ -123,20 +125,20 @@ def interpolate_steps(time: Floats, temperature: Floats) -> tuple[Floats, float]
 
 
 def _find_changes(temperature: Floats) -> Integers:
-    """Return the samples after which the value is another."""
+    """Return the indices of samples before a change of value."""
     least = _ROUNDING * np.abs(temperature).max()
     return np.flatnonzero(np.abs(np.diff(temperature)) > least)
 
 
 def _median_stay(stays: Floats) -> float:
-    """Return the length of the stay in the middle of the record's time, stays by length."""
+    """Return the length of stay at half of the record's time, with stays sorted by length."""
     lengths = np.sort(stays)
     total = np.cumsum(lengths)
     return float(lengths[np.searchsorted(total, 0.5 * total[-1])])
 
 
 def _find_reversals(moments: Floats, jumps: Floats) -> Integers:
-    """Return the changes after which the value stays long, and then goes back."""
+    """Return the changes with a long stay after them and then a return to the value before."""
     stays = np.diff(moments)
     neighbours = np.concatenate(([np.inf], stays, [np.inf]))
     long = stays > np.minimum(neighbours[:-2], neighbours[2:])
